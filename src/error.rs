@@ -1,0 +1,181 @@
+//! The one error type of the crate: a stable code, the stage it came from, and the numbers behind it.
+
+use std::fmt;
+
+/// A step of the pipeline, named in errors, in progress reports and in the table of times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// Checking and converting what the caller passed.
+    Input,
+    /// Robust fit and refinement of both models.
+    Estimate,
+    /// Forward map, rendering, void recovery, overlap selection.
+    Warp,
+    /// Putting warped target and reference together.
+    Blend,
+    /// Filling inner voids of the mosaic.
+    Fill,
+    /// PSNR, SSIM and coverage.
+    Measure,
+}
+
+impl Stage {
+    /// The name used in JavaScript.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Input => "input",
+            Stage::Estimate => "estimate",
+            Stage::Warp => "warp",
+            Stage::Blend => "blend",
+            Stage::Fill => "fill",
+            Stage::Measure => "measure",
+        }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What can go wrong. Every variant carries the number that was wrong.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// An option or value outside its range.
+    #[error("{name} must be {expected}, got {value}")]
+    InvalidArgument {
+        /// The option or argument, as JavaScript spells it.
+        name: &'static str,
+        /// What would have been accepted.
+        expected: &'static str,
+        /// What was passed (NaN when it was no number).
+        value: f64,
+    },
+    /// A buffer whose length does not fit its stated size.
+    #[error("{name} has {actual} values where its size asks for {expected}")]
+    SizeMismatch {
+        /// The buffer.
+        name: &'static str,
+        /// The length that width and height imply.
+        expected: u64,
+        /// The length found.
+        actual: u64,
+    },
+    /// Fewer usable matches than the model needs.
+    #[error("{usable} of {matches} matches are usable, at least {needed} are needed")]
+    TooFewMatches {
+        /// Matches passed.
+        matches: usize,
+        /// Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped.
+        usable: usize,
+        /// The least that would do.
+        needed: usize,
+    },
+    /// No model that enough matches agree on.
+    #[error(
+        "only {inliers} of {matches} matches agree on one geometry, at least {needed} are needed: do the photos show the same scene?"
+    )]
+    NoConsensus {
+        /// Usable matches.
+        matches: usize,
+        /// Matches that agree with the best model found.
+        inliers: usize,
+        /// The least that would be trusted.
+        needed: usize,
+    },
+    /// The matches do not determine a map (all in one point, or on one line).
+    #[error("the {matches} matches lie on one line or in one point (spread {spread:.3} px), which determines no map")]
+    DegenerateGeometry {
+        /// Usable matches.
+        matches: usize,
+        /// The smaller standard deviation of the matches' positions, in pixels.
+        spread: f64,
+    },
+    /// The warped target does not touch the reference.
+    #[error("the warped target covers {pixels} pixels of the reference")]
+    NoOverlap {
+        /// Reference pixels covered.
+        pixels: u64,
+    },
+    /// A picture or canvas above the memory limit, refused before anything is allocated.
+    #[error("{width}×{height} pixels would take {bytes} bytes, the limit is {limit}")]
+    TooLarge {
+        /// Width in pixels.
+        width: u64,
+        /// Height in pixels.
+        height: u64,
+        /// Predicted bytes.
+        bytes: u64,
+        /// The limit in force.
+        limit: u64,
+    },
+    /// The allocator refused.
+    #[error("could not allocate {bytes} bytes")]
+    OutOfMemory {
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// A file that is no picture, or a damaged one.
+    #[error("could not decode the {bytes} bytes: {reason}")]
+    DecodeFailed {
+        /// Length of the file.
+        bytes: u64,
+        /// The decoder's own words.
+        reason: String,
+    },
+    /// The caller asked to stop.
+    #[error("stopped by the caller")]
+    Aborted,
+}
+
+/// `std::result::Result` with this crate's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// The stable code, the same in Rust and JavaScript.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Error::InvalidArgument { .. } => "invalid-argument",
+            Error::SizeMismatch { .. } => "size-mismatch",
+            Error::TooFewMatches { .. } => "too-few-matches",
+            Error::NoConsensus { .. } => "no-consensus",
+            Error::DegenerateGeometry { .. } => "degenerate-geometry",
+            Error::NoOverlap { .. } => "no-overlap",
+            Error::TooLarge { .. } => "too-large",
+            Error::OutOfMemory { .. } => "out-of-memory",
+            Error::DecodeFailed { .. } => "decode-failed",
+            Error::Aborted => "aborted",
+        }
+    }
+
+    /// The numbers behind the error, by name, for a program to act on.
+    pub fn details(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            Error::InvalidArgument { value, .. } => vec![("value", value)],
+            Error::SizeMismatch { expected, actual, .. } => {
+                vec![("expected", expected as f64), ("actual", actual as f64)]
+            }
+            Error::TooFewMatches { matches, usable, needed } => {
+                vec![("matches", matches as f64), ("usable", usable as f64), ("needed", needed as f64)]
+            }
+            Error::NoConsensus { matches, inliers, needed } => {
+                vec![("matches", matches as f64), ("inliers", inliers as f64), ("needed", needed as f64)]
+            }
+            Error::DegenerateGeometry { matches, spread } => {
+                vec![("matches", matches as f64), ("spread", spread)]
+            }
+            Error::NoOverlap { pixels } => vec![("pixels", pixels as f64)],
+            Error::TooLarge { width, height, bytes, limit } => vec![
+                ("width", width as f64),
+                ("height", height as f64),
+                ("bytes", bytes as f64),
+                ("limit", limit as f64),
+            ],
+            Error::OutOfMemory { bytes } => vec![("bytes", bytes as f64)],
+            Error::DecodeFailed { bytes, .. } => vec![("bytes", bytes as f64)],
+            Error::Aborted => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The map from one photo to the other, and the matches that determine it.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// A point of the target and the point of the reference that shows the same thing, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Match {
+    /// x, y in the target.
+    pub target: [f64; 2],
+    /// x, y in the reference.
+    pub reference: [f64; 2],
+}
+
+/// The map x' ~ H x̃ + e·d(x) (paper, equation 4), its sign such that the third coordinate is positive in front of
+/// the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    /// Infinite homography H∞ (up to a multiple of e·[0 0 1], as d is known only up to an affine change).
+    pub h: Matrix3<f64>,
+    /// Epipole e', scaled with d. Zero for a homography.
+    pub e: Vector3<f64>,
+}
+
+impl Model {
+    /// A homography: no parallax.
+    pub fn homography(h: Matrix3<f64>) -> Self {
+        Self { h, e: Vector3::zeros() }
+    }
+
+    /// Homogeneous image of (x, y) with inverse depth d. Not in front of the camera unless the third one is positive.
+    #[inline]
+    pub fn transform(&self, x: f64, y: f64, d: f64) -> [f64; 3] {
+        let (h, e) = (&self.h, &self.e);
+        [
+            h[(0, 0)] * x + h[(0, 1)] * y + h[(0, 2)] + e[0] * d,
+            h[(1, 0)] * x + h[(1, 1)] * y + h[(1, 2)] + e[1] * d,
+            h[(2, 0)] * x + h[(2, 1)] * y + h[(2, 2)] + e[2] * d,
+        ]
+    }
+
+    /// Image of (x, y) with inverse depth d in pixels, or `None` behind the camera.
+    #[inline]
+    pub fn project(&self, x: f64, y: f64, d: f64) -> Option<[f64; 2]> {
+        let [u, v, w] = self.transform(x, y, d);
+        (w > 0.0).then(|| [u / w, v / w])
+    }
+}

@@ -1,0 +1,7 @@
+//! Putting the two photos together (paper, section 3.2.4).
+
+mod blend;
+mod fill;
+
+pub use blend::{Mosaic, blend};
+pub use fill::{FillOptions, fill};

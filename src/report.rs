@@ -1,0 +1,85 @@
+//! What a person should know about a result that is not an error.
+
+/// A remark on a result. The code is stable, the text is for people.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// No depth maps, so a homography was fitted.
+    NoDepth,
+    /// The depth maps have no value at enough matches, so a homography was fitted.
+    DepthUnusable {
+        /// Matches with depth in both maps.
+        usable: usize,
+    },
+    /// Planar scene, pure rotation or constant depth: the homography explains the matches as well.
+    ParallaxUnobservable,
+    /// The model rests on few inliers.
+    FewInliers {
+        /// How many.
+        inliers: usize,
+    },
+    /// Most matches disagree with the model.
+    LowInlierRatio {
+        /// Inliers over usable matches.
+        ratio: f64,
+    },
+    /// The narrow threshold found no strong consensus; a wider one was used.
+    ThresholdWidened {
+        /// The one used, in pixels.
+        threshold: f64,
+    },
+    /// Part of the warped target lies beyond the canvas limit and was cut off.
+    CanvasClipped,
+    /// The photos differ where the model says they should agree.
+    PoorAlignment {
+        /// SSIM over the overlap.
+        ssim: f64,
+    },
+    /// The overlap covers little of the reference.
+    SmallOverlap {
+        /// Share of the reference.
+        coverage: f64,
+    },
+}
+
+impl Warning {
+    /// The stable code.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Warning::NoDepth => "no-depth",
+            Warning::DepthUnusable { .. } => "depth-unusable",
+            Warning::ParallaxUnobservable => "parallax-unobservable",
+            Warning::FewInliers { .. } => "few-inliers",
+            Warning::LowInlierRatio { .. } => "low-inlier-ratio",
+            Warning::ThresholdWidened { .. } => "threshold-widened",
+            Warning::CanvasClipped => "canvas-clipped",
+            Warning::PoorAlignment { .. } => "poor-alignment",
+            Warning::SmallOverlap { .. } => "small-overlap",
+        }
+    }
+
+    /// One sentence for a person.
+    pub fn message(&self) -> String {
+        match self {
+            Warning::NoDepth => "No depth maps were given: the photos are aligned by a homography.".into(),
+            Warning::DepthUnusable { usable } => {
+                format!("Only {usable} matches have depth in both maps: the photos are aligned by a homography.")
+            }
+            Warning::ParallaxUnobservable => {
+                "The matches show no parallax (flat scene, pure rotation or constant depth): the photos are aligned by a homography.".into()
+            }
+            Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: look at the result closely."),
+            Warning::LowInlierRatio { ratio } => {
+                format!("Only {:.0} % of the matches agree with the geometry: look at the result closely.", 100.0 * ratio)
+            }
+            Warning::ThresholdWidened { threshold } => {
+                format!("Too few matches agreed closely: the geometry was fitted with a tolerance of {threshold:.1} px.")
+            }
+            Warning::CanvasClipped => "Part of the warped target lies beyond the canvas limit and was cut off.".into(),
+            Warning::PoorAlignment { ssim } => format!("The photos hardly agree where they overlap (SSIM {ssim:.2})."),
+            Warning::SmallOverlap { coverage } => {
+                format!("The warped target covers only {:.0} % of the reference.", 100.0 * coverage)
+            }
+        }
+    }
+}
