@@ -1,1 +1,3 @@
 //! The only place that knows wasm-bindgen: checks and converts, computes nothing.
+
+mod convert;
