@@ -8,6 +8,8 @@ mod raster;
 mod render;
 mod sample;
 
+pub(crate) use canvas::check_budget;
+
 use crate::geometry::Model;
 use crate::image::check_size;
 use crate::observer::{Observer, report};
