@@ -51,7 +51,7 @@ impl Canvas {
     #[inline]
     pub fn reference_index(&self, x: usize, y: usize) -> Option<usize> {
         let (x, y) = (x.wrapping_sub(self.offset.0), y.wrapping_sub(self.offset.1));
-        (x < self.reference.0 && y < self.reference.1).then_some(y * self.reference.0 + x)
+        (x < self.reference.0 && y < self.reference.1).then(|| y * self.reference.0 + x)
     }
 }
 
