@@ -1,6 +1,15 @@
 //! Robust fit and epipolar geometry from matches and depth (paper, section 3.1).
 
+mod clean;
+mod consensus;
+pub mod estimate;
+mod linear;
 mod model;
+mod points;
+mod ransac;
+mod refine;
+mod sampler;
+mod statistics;
 
 pub use model::{Match, Model};
 
