@@ -62,9 +62,7 @@ pub(super) fn spread(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2]
     let n = points.clone().count().max(1) as f64;
     let [cx, cy] = points.clone().fold([0.0, 0.0], |[a, b], [x, y]| [a + x, b + y]).map(|s| s / n);
     let [xx, xy, yy] = points
-        .fold([0.0; 3], |[a, b, c], [x, y]| {
-            [a + (x - cx) * (x - cx), b + (x - cx) * (y - cy), c + (y - cy) * (y - cy)]
-        })
+        .fold([0.0; 3], |[a, b, c], [x, y]| [a + (x - cx) * (x - cx), b + (x - cx) * (y - cy), c + (y - cy) * (y - cy)])
         .map(|s| s / n);
     let half = (xx + yy) / 2.0;
     let radius = ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();

@@ -1,66 +1,141 @@
-//! From matches to inliers: the search, and what follows it.
+//! From matches to a model and its inliers: random search, then least squares and choice of inliers in turns.
 
-use super::points::{Points, Projection, msac_cost};
-use super::ransac::{Search, inliers_of, msac, refit};
+use super::points::{Points, Projection, Scales};
+use super::ransac::{Search, count, inliers_of, msac, refit};
 use super::refine::refine;
 use super::sampler::Sampler;
 
-/// A model and the matches within its threshold.
+/// A model and the matches it was fitted to.
 #[derive(Debug, Clone)]
 pub(super) struct Consensus {
     pub projection: Projection,
     pub inliers: Vec<bool>,
-    /// Normalised.
+    /// What chose the inliers, normalised.
     pub threshold: f64,
     pub trials: u32,
 }
 
 impl Consensus {
     pub fn count(&self) -> usize {
-        self.inliers.iter().filter(|f| **f).count()
+        count(&self.inliers)
     }
 }
 
-/// Random search at one threshold, D = 4 with depth, 3 for a homography.
-pub(super) fn search<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
-    let inliers = inliers_of(points, &found.projection, search.threshold * search.threshold);
-    Some(Consensus { projection: found.projection, inliers, threshold: search.threshold, trials: found.trials })
+/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
+pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = sampled::<D>(points, search, sampler)?;
+    let projection = fitted::<D>(points, &found.inliers, Some(found.projection))?;
+    Some(Consensus { projection, ..found })
 }
 
-/// Least squares on the inliers, linear first; keeps them.
-pub(super) fn refined(points: &Points, inliers: &[bool], start: Option<Projection>, columns: usize) -> Option<Projection> {
-    let linear = if columns == 4 { refit::<4>(points, inliers) } else { refit::<3>(points, inliers) };
+/// Random search at all scales, then down to the narrowest.
+///
+/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
+/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than half of
+/// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
+pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let scales = &search.scales;
+    let found = sampled::<D>(points, search, sampler)?;
+    let wide = settled::<D>(points, found.projection, scales.widest())?;
+    let mut best: Option<(f64, Consensus)> = None;
+    let steps = descent::<D>(points, wide.projection, scales.widest(), scales.narrowest());
+    let at_once = settled::<D>(points, found.projection, scales.narrowest());
+    for candidate in [steps, at_once].into_iter().flatten() {
+        let cost = scales.cost(points, &candidate.projection, f64::INFINITY);
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, candidate));
+        }
+    }
+    let mut chosen = best.map_or_else(|| wide.clone(), |(_, candidate)| candidate);
+    while 2 * chosen.count() < wide.count() && chosen.threshold < scales.widest() {
+        let threshold = (chosen.threshold / STEP).min(scales.widest());
+        chosen = descent::<D>(points, wide.projection, scales.widest(), threshold).unwrap_or_else(|| wide.clone());
+    }
+    Some(Consensus { trials: found.trials, ..chosen })
+}
+
+/// Factor from one threshold to the next narrower.
+const STEP: f64 = 0.6;
+
+fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
+    let threshold = search.scales.narrowest();
+    let inliers = inliers_of(points, &found.projection, threshold);
+    Some(Consensus { projection: found.projection, inliers, threshold, trials: found.trials })
+}
+
+/// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
+fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
+    let mut threshold = from * STEP;
+    while threshold > to {
+        projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection))?;
+        threshold *= STEP;
+    }
+    settled::<D>(points, projection, to)
+}
+
+/// Refits to the inliers and chooses them anew until they stay the same.
+fn settled<const D: usize>(points: &Points, mut projection: Projection, threshold: f64) -> Option<Consensus> {
+    let mut inliers = inliers_of(points, &projection, threshold);
+    for _ in 0..20 {
+        projection = fitted::<D>(points, &inliers, Some(projection))?;
+        let next = inliers_of(points, &projection, threshold);
+        if next == inliers {
+            break;
+        }
+        inliers = next;
+    }
+    Some(Consensus { projection, inliers, threshold, trials: 0 })
+}
+
+/// Least squares on the flagged matches, from the linear fit to them or `start`, whichever is nearer. `None` when they do
+/// not determine the model.
+pub(super) fn fitted<const D: usize>(
+    points: &Points,
+    inliers: &[bool],
+    start: Option<Projection>,
+) -> Option<Projection> {
+    if count(inliers) < D + 2 - usize::from(D == 3) {
+        return None;
+    }
+    let linear = refit::<D>(points, inliers);
     let chosen = points.select(inliers);
     let sum = |p: &Projection| chosen.errors(p).sum::<f64>();
     let start = match (linear, start) {
-        (Some(a), Some(b)) => if sum(&a) <= sum(&b) { a } else { b },
-        (a, b) => a.or(b)?,
+        (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
+        (linear, start) => linear.or(start)?,
     };
-    Some(refine(&chosen, &start, columns))
+    Some(refine(&chosen, &start, D))
 }
 
-/// Least squares and choice of inliers in turns, the threshold coming down to `to`, then to a fixed point.
-pub(super) fn narrow(points: &Points, mut consensus: Consensus, to: f64, columns: usize) -> Consensus {
-    const SHRINK: f64 = 0.6;
-    for _ in 0..30 {
-        let last = consensus.threshold <= to;
-        let Some(p) = refined(points, &consensus.inliers, Some(consensus.projection), columns) else { break };
-        consensus.projection = p;
-        consensus.threshold = (consensus.threshold * SHRINK).max(to);
-        let inliers = inliers_of(points, &p, consensus.threshold * consensus.threshold);
-        if inliers.iter().filter(|f| **f).count() < columns + 2 {
+/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all
+/// their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
+pub(super) fn many_homographies(
+    points: &Points,
+    search: &Search,
+    sampler: &mut Sampler,
+    enough: impl Fn(usize) -> usize,
+) -> (Vec<bool>, u32) {
+    const MOST: usize = 10;
+    let mut union = vec![false; points.len()];
+    let mut trials = 0;
+    for _ in 0..MOST {
+        let left: Vec<usize> = (0..points.len()).filter(|&i| !union[i]).collect();
+        let rest = points.select(&union.iter().map(|f| !f).collect::<Vec<_>>());
+        let Some(found) = sampled::<3>(&rest, search, sampler) else { break };
+        trials += found.trials;
+        if found.count() < enough(left.len()) {
             break;
         }
-        let settled = last && inliers == consensus.inliers;
-        consensus.inliers = inliers;
-        if settled {
-            break;
+        for (i, _) in left.iter().zip(&found.inliers).filter(|(_, f)| **f) {
+            union[*i] = true;
         }
     }
-    consensus
+    (union, trials)
 }
 
-pub(super) fn cost(points: &Points, c: &Consensus, t: f64) -> f64 {
-    msac_cost(points, &c.projection, t * t, f64::INFINITY)
+/// The scales between a wide and a narrow threshold.
+pub(super) fn scales(wide: f64, narrow: f64) -> Scales {
+    let wide = wide.max(narrow);
+    Scales([wide, (wide * narrow).sqrt(), narrow])
 }

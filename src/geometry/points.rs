@@ -57,29 +57,50 @@ fn squared_error(p: &Projection, x: f64, y: f64, d: f64, u: f64, v: f64) -> Opti
     (w > 0.0).then_some(du * du + dv * dv)
 }
 
-/// MSAC cost Σ min(r², t²) with a point behind the camera counted as t². Stops once the cost reaches `limit`.
-pub(super) fn msac_cost(points: &Points, p: &Projection, t2: f64, limit: f64) -> f64 {
-    const BLOCK: usize = 64;
-    let n = points.len();
-    let mut cost = 0.0;
-    let mut start = 0;
-    while start < n && cost < limit {
-        let end = (start + BLOCK).min(n);
-        let (x, y, d) = (&points.x[start..end], &points.y[start..end], &points.d[start..end]);
-        let (u, v) = (&points.u[start..end], &points.v[start..end]);
-        // Two partial sums: the order of additions is fixed, and wide enough for two lanes.
-        let mut sums = [0.0; 2];
-        for i in 0..end - start {
-            let [a, b, w] = transform(p, x[i], y[i], d[i]);
-            let inverse = 1.0 / w;
-            let (du, dv) = (a * inverse - u[i], b * inverse - v[i]);
-            let r2 = du * du + dv * dv;
-            sums[i & 1] += if w > 0.0 && r2 < t2 { r2 } else { t2 };
-        }
-        cost += sums[0] + sums[1];
-        start = end;
+/// The thresholds at which a model is judged, in normalised coordinates, widest first.
+///
+/// The cost of a match is Σ_k min(r²/t_k², 1): MSAC (Torr & Zisserman 2000) summed over the scales, so that neither a chance
+/// consensus at the narrowest nor a sloppy one at the widest wins. With all three equal it is MSAC.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales(pub [f64; 3]);
+
+impl Scales {
+    pub fn widest(&self) -> f64 {
+        self.0[0]
     }
-    cost
+
+    pub fn narrowest(&self) -> f64 {
+        self.0[2]
+    }
+
+    /// Cost of a model; a point behind the camera costs the most. Stops once it reaches `limit`.
+    pub fn cost(&self, points: &Points, p: &Projection, limit: f64) -> f64 {
+        const BLOCK: usize = 64;
+        let inverse = self.0.map(|t| 1.0 / (t * t));
+        let n = points.len();
+        let mut cost = 0.0;
+        let mut start = 0;
+        while start < n && cost < limit {
+            let end = (start + BLOCK).min(n);
+            let (x, y, d) = (&points.x[start..end], &points.y[start..end], &points.d[start..end]);
+            let (u, v) = (&points.u[start..end], &points.v[start..end]);
+            let mut errors = [f64::INFINITY; BLOCK];
+            for i in 0..end - start {
+                let [a, b, w] = transform(p, x[i], y[i], d[i]);
+                let reciprocal = 1.0 / w;
+                let (du, dv) = (a * reciprocal - u[i], b * reciprocal - v[i]);
+                errors[i] = if w > 0.0 { du * du + dv * dv } else { f64::INFINITY };
+            }
+            for r2 in &errors[..end - start] {
+                for scale in inverse {
+                    let share = r2 * scale;
+                    cost += if share < 1.0 { share } else { 1.0 };
+                }
+            }
+            start = end;
+        }
+        cost
+    }
 }
 
 /// The change of coordinates that centres both point sets with mean distance √2 (Hartley) and gives the inverse depth
@@ -122,7 +143,7 @@ impl Normalisation {
         self.destination[0]
     }
 
-    /// The model in pixels that belongs to `p` in normalised coordinates, scaled to unit Frobenius norm of H.
+    /// The model in pixels that belongs to `p` in normalised coordinates.
     pub fn model(&self, p: &Projection) -> Model {
         let ([s, sx, sy], [k, kd], [r, ru, rv]) = (self.source, self.depth, self.destination);
         let row = |i: usize| {
@@ -132,9 +153,10 @@ impl Normalisation {
         let (a, b, w) = (row(0), row(1), row(2));
         let lift = |a: [f64; 4], shift: f64| [0, 1, 2, 3].map(|j| (a[j] - shift * w[j]) / r);
         let (a, b) = (lift(a, ru), lift(b, rv));
-        let h = Matrix3::new(a[0], a[1], a[2], b[0], b[1], b[2], w[0], w[1], w[2]);
-        let scale = 1.0 / h.norm();
-        Model { h: h * scale, e: Vector3::new(a[3], b[3], w[3]) * scale }
+        Model {
+            h: Matrix3::new(a[0], a[1], a[2], b[0], b[1], b[2], w[0], w[1], w[2]),
+            e: Vector3::new(a[3], b[3], w[3]),
+        }
     }
 }
 

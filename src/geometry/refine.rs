@@ -88,7 +88,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Transfer<'_> {
 }
 
 /// Minimises the sum of squared transfer errors over all of `points` (normalised), starting at `start`; `columns` is 4 for the
-/// depth model and 3 for a homography. Returns `start` when nothing better is found.
+/// depth model and 3 for a homography. Never worse than `start`. The result has 1 at (3, 3).
 pub(super) fn refine(points: &Points, start: &Projection, columns: usize) -> Projection {
     let scale = start[2][2];
     if scale.is_nan() || scale <= 0.0 {
@@ -99,8 +99,9 @@ pub(super) fn refine(points: &Points, start: &Projection, columns: usize) -> Pro
         problem.params[index(columns, r, c)] = start[r][c] / scale;
     }
     let solver = LevenbergMarquardt::new().with_ftol(1e-12).with_xtol(1e-12).with_gtol(1e-12).with_patience(8);
+    let start = problem.projection();
     let (problem, _) = solver.minimize(problem);
     let refined = problem.projection();
     let sum = |p: &Projection| points.errors(p).sum::<f64>();
-    if sum(&refined) <= sum(start) { refined } else { *start }
+    if sum(&refined) <= sum(&start) { refined } else { start }
 }

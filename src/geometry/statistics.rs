@@ -1,4 +1,4 @@
-//! The two tests behind "is this more than chance": of a consensus, and of parallax.
+//! Whether a consensus is more than chance.
 
 /// Logarithm of the binomial coefficient.
 fn ln_choose(n: f64, k: f64) -> f64 {
@@ -7,23 +7,18 @@ fn ln_choose(n: f64, k: f64) -> f64 {
 
 /// The least number of inliers, of `n` matches, that chance is not expected to bring about (a-contrario, Moisan & Stival
 /// 2004): the smallest k whose number of false alarms
-/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below `alarms`, for a model fixed by `m` matches and a chance `p` that a
+/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below one, for a model fixed by `m` matches and a chance `p` that a
 /// random match falls within the threshold. More than `n` when even full agreement proves nothing.
-pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64, alarms: f64) -> usize {
+pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
     let (trials, m_f) = ((n - m) as f64, m as f64);
     let samples = ln_choose(n as f64, m_f);
     (m + 1..=n)
         .find(|&k| {
             let hits = (k - m) as f64;
             let tail = regularised_beta(hits, trials - hits + 1.0, p);
-            samples + libm::log(tail.max(f64::MIN_POSITIVE)) < libm::log(alarms)
+            samples + libm::log(tail.max(f64::MIN_POSITIVE)) < 0.0
         })
         .unwrap_or(n + 1)
-}
-
-/// P(F ≥ f) for the F distribution with a and b degrees of freedom.
-pub(super) fn f_tail(f: f64, a: f64, b: f64) -> f64 {
-    regularised_beta(b / 2.0, a / 2.0, b / (b + a * f))
 }
 
 /// Regularised incomplete beta function I_x(a, b), by Lentz's continued fraction (Numerical Recipes, 6.4).
@@ -34,9 +29,8 @@ fn regularised_beta(a: f64, b: f64, x: f64) -> f64 {
     if x >= 1.0 {
         return 1.0;
     }
-    let front = libm::exp(
-        libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * libm::log(x) + b * libm::log1p(-x),
-    );
+    let front =
+        libm::exp(libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * libm::log(x) + b * libm::log1p(-x));
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - front * beta_fraction(b, a, 1.0 - x) / b;
     }
