@@ -5,11 +5,14 @@ use super::ransac::{Search, count, inliers_of, msac, refit};
 use super::refine::refine;
 use super::sampler::Sampler;
 
-/// A model and the matches it was fitted to.
+/// A model and the matches that agree with it.
 #[derive(Debug, Clone)]
 pub(super) struct Consensus {
     pub projection: Projection,
+    /// The matches within the threshold.
     pub inliers: Vec<bool>,
+    /// The matches the model was fitted to, all of them inliers.
+    pub support: Vec<bool>,
     /// What chose the inliers, normalised.
     pub threshold: f64,
     pub trials: u32,
@@ -24,14 +27,14 @@ impl Consensus {
 /// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
 pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let found = sampled::<D>(points, search, sampler)?;
-    let projection = fitted::<D>(points, &found.inliers, Some(found.projection))?;
+    let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
     Some(Consensus { projection, ..found })
 }
 
 /// Random search at all scales, then down to the narrowest.
 ///
 /// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
-/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than half of
+/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three quarters of
 /// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
 pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let scales = &search.scales;
@@ -47,12 +50,32 @@ pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler
         }
     }
     let mut chosen = best.map_or_else(|| wide.clone(), |(_, candidate)| candidate);
-    while 2 * chosen.count() < wide.count() && chosen.threshold < scales.widest() {
+    while 4 * chosen.count() < 3 * wide.count() && chosen.threshold < scales.widest() {
         let threshold = (chosen.threshold / STEP).min(scales.widest());
         chosen = descent::<D>(points, wide.projection, scales.widest(), threshold).unwrap_or_else(|| wide.clone());
     }
-    Some(Consensus { trials: found.trials, ..chosen })
+    Some(Consensus { trials: found.trials, ..polished::<D>(points, chosen)? })
 }
+
+/// Fits once more to the inliers that are as exact as most of them, then chooses the inliers at their threshold again:
+/// within a threshold of pixels, the few matches near it are mostly wrong or at wrong depths, and would weigh the most.
+fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Consensus> {
+    let mut errors: Vec<f64> =
+        points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
+    errors.sort_by(f64::total_cmp);
+    // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
+    let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
+    let core = settled::<D>(points, consensus.projection, consensus.threshold.min(3.0 * sigma));
+    let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
+    let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
+    let inliers = inliers_of(points, &projection, consensus.threshold);
+    let support = core.inliers.iter().zip(&inliers).map(|(a, b)| *a && *b).collect();
+    Some(Consensus { projection, inliers, support, ..consensus })
+}
+
+/// Where least squares stop on the way and at the end.
+const COARSE: f64 = 1e-4;
+pub(super) const FINE: f64 = 1e-10;
 
 /// Factor from one threshold to the next narrower.
 const STEP: f64 = 0.6;
@@ -61,14 +84,14 @@ fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampl
     let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
     let threshold = search.scales.narrowest();
     let inliers = inliers_of(points, &found.projection, threshold);
-    Some(Consensus { projection: found.projection, inliers, threshold, trials: found.trials })
+    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
 }
 
 /// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
 fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
     let mut threshold = from * STEP;
     while threshold > to {
-        projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection))?;
+        projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE)?;
         threshold *= STEP;
     }
     settled::<D>(points, projection, to)
@@ -78,14 +101,14 @@ fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f6
 fn settled<const D: usize>(points: &Points, mut projection: Projection, threshold: f64) -> Option<Consensus> {
     let mut inliers = inliers_of(points, &projection, threshold);
     for _ in 0..20 {
-        projection = fitted::<D>(points, &inliers, Some(projection))?;
+        projection = fitted::<D>(points, &inliers, Some(projection), COARSE)?;
         let next = inliers_of(points, &projection, threshold);
         if next == inliers {
             break;
         }
         inliers = next;
     }
-    Some(Consensus { projection, inliers, threshold, trials: 0 })
+    Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials: 0 })
 }
 
 /// Least squares on the flagged matches, from the linear fit to them or `start`, whichever is nearer. `None` when they do
@@ -94,6 +117,7 @@ pub(super) fn fitted<const D: usize>(
     points: &Points,
     inliers: &[bool],
     start: Option<Projection>,
+    tolerance: f64,
 ) -> Option<Projection> {
     if count(inliers) < D + 2 - usize::from(D == 3) {
         return None;
@@ -105,7 +129,7 @@ pub(super) fn fitted<const D: usize>(
         (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
         (linear, start) => linear.or(start)?,
     };
-    Some(refine(&chosen, &start, D))
+    Some(refine(&chosen, &start, D, tolerance))
 }
 
 /// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all

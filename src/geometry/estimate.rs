@@ -1,7 +1,7 @@
 //! The robust fit from end to end.
 
 use super::clean::{Usable, clean, spread};
-use super::consensus::{Consensus, fitted, many_homographies, narrowed, published, scales};
+use super::consensus::{Consensus, FINE, fitted, many_homographies, narrowed, published, scales};
 use super::parallax::observable;
 use super::points::{Normalisation, Points};
 use super::ransac::{Search, count};
@@ -115,7 +115,12 @@ impl<'a> Fit<'a> {
             Threshold::Pixels(_) => scales(WIDE, self.threshold),
             Threshold::Normalised(t) => scales(t, t),
         };
-        Search { scales, confidence: options.confidence, max_trials: options.max_trials }
+        Search {
+            scales,
+            confidence: options.confidence,
+            max_trials: options.max_trials,
+            local: matches!(options.threshold, Threshold::Pixels(_)),
+        }
     }
 
     fn consensus<const D: usize>(&self, options: &EstimateOptions, sampler: &mut Sampler) -> Option<Consensus> {
@@ -162,7 +167,7 @@ impl<'a> Fit<'a> {
         {
             return Ok(None);
         }
-        let reverse = fitted::<4>(&self.reverse.1, &deep.inliers, None);
+        let reverse = fitted::<4>(&self.reverse.1, &deep.support, None, FINE);
         Ok(reverse.map(|reverse| {
             let models = [self.forward.0.model(&deep.projection), self.reverse.0.model(&reverse)];
             (deep, models)
@@ -170,8 +175,8 @@ impl<'a> Fit<'a> {
     }
 
     fn on_inliers(&self, (inliers, trials): (Vec<bool>, u32)) -> Option<Consensus> {
-        let projection = fitted::<4>(&self.forward.1, &inliers, None)?;
-        Some(Consensus { projection, inliers, threshold: self.threshold, trials })
+        let projection = fitted::<4>(&self.forward.1, &inliers, None, FINE)?;
+        Some(Consensus { projection, support: inliers.clone(), inliers, threshold: self.threshold, trials })
     }
 
     fn shows_parallax(&self, deep: &Consensus, flat: &Consensus) -> bool {
@@ -184,7 +189,7 @@ impl<'a> Fit<'a> {
         report(observer, Stage::Estimate, 0.8)?;
         let consensus = consensus.ok_or(Error::NoConsensus { matches, inliers: 0, needed: FLAT_SAMPLE })?;
         self.believed(&consensus, FLAT_SAMPLE)?;
-        let reverse = fitted::<3>(&self.reverse.1, &consensus.inliers, None).ok_or(Error::NoConsensus {
+        let reverse = fitted::<3>(&self.reverse.1, &consensus.support, None, FINE).ok_or(Error::NoConsensus {
             matches,
             inliers: consensus.count(),
             needed: FLAT_SAMPLE,

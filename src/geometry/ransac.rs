@@ -10,6 +10,8 @@ pub(super) struct Search {
     pub scales: Scales,
     pub confidence: f64,
     pub max_trials: u32,
+    /// Whether each best-so-far model is refitted to its inliers (Chum, Matas & Kittler 2003).
+    pub local: bool,
 }
 
 /// What a search found.
@@ -23,8 +25,12 @@ pub(super) struct Found {
 /// before explain: in one spot, on one line or on one plane of depth it tells nothing.
 const SAMPLE_SPREAD: f64 = 1e-6;
 
-/// The best of the models through K random matches, K = 6 with D = 4 (depth) and K = 4 with D = 3 (homography), each
-/// best-so-far refitted to its inliers (Chum, Matas & Kittler 2003). `None` when no sample gave a model.
+/// A sample without outliers is not yet a good one: where most matches lie on one plane, so do most clean samples. So
+/// many are drawn in any case, which takes well under a millisecond.
+const LEAST_TRIALS: f64 = 300.0;
+
+/// The best of the models through K random matches, K = 6 with D = 4 (depth) and K = 4 with D = 3 (homography).
+/// `None` when no sample gave a model.
 pub(super) fn msac<const D: usize, const K: usize>(
     points: &Points,
     search: &Search,
@@ -46,8 +52,8 @@ pub(super) fn msac<const D: usize, const K: usize>(
             continue;
         }
         cost = sampled;
-        for t in scales.0 {
-            while let Some(local) = refit::<D>(points, &inliers_of(points, &model, t)) {
+        for t in if search.local { &scales.0[..] } else { &[] } {
+            while let Some(local) = refit::<D>(points, &inliers_of(points, &model, *t)) {
                 let refitted = scales.cost(points, &local, cost);
                 if refitted >= cost {
                     break;
@@ -61,7 +67,7 @@ pub(super) fn msac<const D: usize, const K: usize>(
         let clean = (0..K).fold(1.0, |p, _| p * ratio);
         if clean > 0.0 {
             let enough = libm::log1p(-search.confidence) / libm::log1p(-clean);
-            needed = enough.ceil().clamp(1.0, f64::from(search.max_trials));
+            needed = enough.ceil().max(LEAST_TRIALS).min(f64::from(search.max_trials));
         }
     }
     best.map(|projection| Found { projection, trials })

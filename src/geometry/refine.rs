@@ -88,8 +88,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Transfer<'_> {
 }
 
 /// Minimises the sum of squared transfer errors over all of `points` (normalised), starting at `start`; `columns` is 4 for the
-/// depth model and 3 for a homography. Never worse than `start`. The result has 1 at (3, 3).
-pub(super) fn refine(points: &Points, start: &Projection, columns: usize) -> Projection {
+/// depth model and 3 for a homography. Stops when a step gains less than the share `tolerance`; never worse than `start`. The result has 1 at (3, 3).
+pub(super) fn refine(points: &Points, start: &Projection, columns: usize, tolerance: f64) -> Projection {
     let scale = start[2][2];
     if scale.is_nan() || scale <= 0.0 {
         return *start;
@@ -98,7 +98,8 @@ pub(super) fn refine(points: &Points, start: &Projection, columns: usize) -> Pro
     for (r, c) in problem.entries() {
         problem.params[index(columns, r, c)] = start[r][c] / scale;
     }
-    let solver = LevenbergMarquardt::new().with_ftol(1e-12).with_xtol(1e-12).with_gtol(1e-12).with_patience(8);
+    let solver =
+        LevenbergMarquardt::new().with_ftol(tolerance).with_xtol(tolerance).with_gtol(tolerance).with_patience(8);
     let start = problem.projection();
     let (problem, _) = solver.minimize(problem);
     let refined = problem.projection();
