@@ -9,6 +9,8 @@
 
 #![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[cfg(feature = "codecs")]
+pub mod codecs;
 pub mod error;
 pub mod geometry;
 pub mod image;
