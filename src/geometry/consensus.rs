@@ -65,7 +65,8 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
     errors.sort_by(f64::total_cmp);
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
     let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
-    let core = settled::<D>(points, consensus.projection, consensus.threshold.min(3.0 * sigma));
+    let threshold = (3.0 * sigma).clamp(0.01 * consensus.threshold, consensus.threshold);
+    let core = settled::<D>(points, consensus.projection, threshold);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
     let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
     let inliers = inliers_of(points, &projection, consensus.threshold);
@@ -129,7 +130,9 @@ pub(super) fn fitted<const D: usize>(
         (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
         (linear, start) => linear.or(start)?,
     };
-    Some(refine(&chosen, &start, D, tolerance))
+    // A wrong depth can put a match behind the camera, where there is nothing to descend.
+    let front: Vec<bool> = (0..chosen.len()).map(|i| chosen.third(&start, i) > 0.0).collect();
+    Some(refine(&chosen.select(&front), &start, D, tolerance))
 }
 
 /// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all

@@ -36,6 +36,11 @@ impl Points {
         Points { x: pick(&self.x), y: pick(&self.y), d: pick(&self.d), u: pick(&self.u), v: pick(&self.v) }
     }
 
+    /// Third coordinate of the image of match `i`, positive in front of the camera.
+    pub fn third(&self, p: &Projection, i: usize) -> f64 {
+        transform(p, self.x[i], self.y[i], self.d[i])[2]
+    }
+
     /// Squared transfer errors in front of the camera, infinite behind it.
     pub fn errors<'a>(&'a self, p: &'a Projection) -> impl Iterator<Item = f64> + 'a {
         (0..self.len()).map(move |i| {
