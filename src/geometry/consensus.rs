@@ -24,7 +24,7 @@ impl Consensus {
     }
 }
 
-/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
+/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 without.
 pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let found = sampled::<D>(points, search, sampler)?;
     let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
@@ -33,9 +33,10 @@ pub(super) fn published<const D: usize>(points: &Points, search: &Search, sample
 
 /// Random search at all scales, then down to the narrowest.
 ///
-/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
-/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three quarters of
-/// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
+/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not
+/// let wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three
+/// quarters of what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller
+/// hoped.
 pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let scales = &search.scales;
     let found = sampled::<D>(points, search, sampler)?;
@@ -135,8 +136,8 @@ pub(super) fn fitted<const D: usize>(
     Some(refine(&chosen.select(&front), &start, D, tolerance))
 }
 
-/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all
-/// their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
+/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014):
+/// flags of all their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
 pub(super) fn many_homographies(
     points: &Points,
     search: &Search,

@@ -1,7 +1,7 @@
 //! The linear fit (paper, equation 5) without its 12×12 decomposition.
 //!
-//! With m = (x, y, 1, d), u·(h₃·m) = h₁·m and v·(h₃·m) = h₂·m are a camera resectioning. For a fixed third row h₃ the best
-//! h₁ = S⁻¹S_u h₃ and h₂ = S⁻¹S_v h₃ with the moments S = Σmmᵀ, S_u = Σu·mmᵀ, S_v = Σv·mmᵀ, so what is left is the
+//! With m = (x, y, 1, d), u·(h₃·m) = h₁·m and v·(h₃·m) = h₂·m are a camera resectioning. For a fixed third row h₃ the
+//! best h₁ = S⁻¹S_u h₃ and h₂ = S⁻¹S_v h₃, with the moments S = Σmmᵀ, S_u = Σu·mmᵀ, S_v = Σv·mmᵀ. What is left is the
 //! smallest eigenvector of the 4×4 matrix Σ(u²+v²)mmᵀ − S_uS⁻¹S_u − S_vS⁻¹S_v. The homography is the same without d.
 //! The sign of the result is arbitrary.
 
