@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::decimal::Decimal;
+
 /// A step of the pipeline, named in errors, in progress reports and in the table of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
@@ -44,7 +46,7 @@ impl fmt::Display for Stage {
 #[non_exhaustive]
 pub enum Error {
     /// An option or value outside its range.
-    #[error("{name} must be {expected}, got {value}")]
+    #[error("{name} must be {expected}, got {}", Decimal(*value, 6))]
     InvalidArgument {
         /// The option or argument, as JavaScript spells it.
         name: &'static str,
@@ -52,6 +54,12 @@ pub enum Error {
         expected: &'static str,
         /// What was passed (NaN when it was no number).
         value: f64,
+    },
+    /// An option that does not exist.
+    #[error("there is no option {name}")]
+    UnknownOption {
+        /// As the caller spelled it.
+        name: String,
     },
     /// A buffer whose length does not fit its stated size.
     #[error("{name} has {actual} values where its size asks for {expected}")]
@@ -86,7 +94,7 @@ pub enum Error {
         needed: usize,
     },
     /// The matches do not determine a map (all in one point, or on one line).
-    #[error("the {matches} matches lie on one line or in one point (spread {spread:.3} px), which determines no map")]
+    #[error("the {matches} matches lie on one line or in one point (spread {} px), which determines no map", Decimal(*spread, 3))]
     DegenerateGeometry {
         /// Usable matches.
         matches: usize,
@@ -137,7 +145,7 @@ impl Error {
     /// The stable code, the same in Rust and JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
-            Error::InvalidArgument { .. } => "invalid-argument",
+            Error::InvalidArgument { .. } | Error::UnknownOption { .. } => "invalid-argument",
             Error::SizeMismatch { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
@@ -175,7 +183,7 @@ impl Error {
             ],
             Error::OutOfMemory { bytes } => vec![("bytes", bytes as f64)],
             Error::DecodeFailed { bytes, .. } => vec![("bytes", bytes as f64)],
-            Error::Aborted => Vec::new(),
+            Error::UnknownOption { .. } | Error::Aborted => Vec::new(),
         }
     }
 }

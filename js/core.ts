@@ -1,0 +1,49 @@
+import type { Call, Result } from "./calls.js";
+import { instance } from "./instance.js";
+import type { Progress, Stage } from "./types.js";
+import * as glue from "./wasm/depthstitch.js";
+
+/** The core on this thread. */
+export const core = instance(glue);
+
+/** Makes the call on the core, which has been started. An exception of `onProgress` stops the call and is thrown on. */
+export function run(call: Call, onProgress: (progress: Progress) => void): Result {
+  let last: Progress = { stage: "input", fraction: -1 };
+  let thrown: { error: unknown } | undefined;
+  const report: Report = (stage, fraction) => {
+    // The core reports as often as it can; a hundred times per stage is enough.
+    if (stage === last.stage && fraction < 1 && fraction - last.fraction < 0.01) return true;
+    last = { stage, fraction };
+    try {
+      onProgress(last);
+    } catch (error) {
+      thrown = { error };
+    }
+    return thrown === undefined;
+  };
+  try {
+    return core.call((raw) => invoke(raw, call, report));
+  } catch (error) {
+    throw thrown ? thrown.error : error;
+  }
+}
+
+/** Hears of progress; `false` stops the core. */
+type Report = (stage: Stage, fraction: number) => boolean;
+
+function invoke(raw: typeof glue, call: Call, report: Report): Result {
+  switch (call.name) {
+    case "stitch":
+      return raw.stitch(...call.args, report);
+    case "estimate":
+      return raw.estimate(...call.args, report);
+    case "warp":
+      return raw.warp(...call.args, report);
+    case "blend":
+      return raw.blend(...call.args);
+    case "fill":
+      return raw.fill(...call.args, report);
+    case "measure":
+      return raw.measure(...call.args);
+  }
+}
