@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::grid::{Point, VertexGrid, is_valid, sides};
-use super::raster::{Cell, pixel_range};
+use super::raster::rasterise;
 use super::sample::Tap;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
@@ -39,24 +39,14 @@ pub(super) fn render(
         let cells = above.windows(2).zip(below.windows(2)).zip(grid.xs.windows(2));
         for (i, ((top, bottom), xs)) in cells.enumerate() {
             let corners = [top[0], top[1], bottom[1], bottom[0]];
-            let ((x_first, x_last), (y_first, y_last)) = (pixel_range(&corners, 0), pixel_range(&corners, 1));
-            if x_first > x_last || y_first > y_last || !is_valid(corners) {
+            if !is_valid(corners) {
                 continue;
             }
-            let Some(cell) = Cell::new(corners) else { continue };
             let border = [i + 1 == columns, j + 1 == rows];
-            let mut y = y_first;
-            while y <= y_last {
-                let mut x = x_first;
-                while x <= x_last {
-                    if let Some([u, v]) = cell.locate(x, y, border) {
-                        let s = [xs[0] + f64::from(u) * (xs[1] - xs[0]), y0 + f64::from(v) * dy];
-                        painter.offer(x, y, s, &corners);
-                    }
-                    x += 1;
-                }
-                y += 1;
-            }
+            rasterise(&corners, border, |x, y, u, v| {
+                let s = [xs[0] + f64::from(u) * (xs[1] - xs[0]), y0 + f64::from(v) * dy];
+                painter.offer(x, y, s, &corners);
+            });
         }
     }
     Ok(())
