@@ -84,7 +84,7 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
 }
 
 /// Where least squares stop on the way and at the end.
-const COARSE: f64 = 1e-4;
+const COARSE: f64 = 1e-3;
 pub(super) const FINE: f64 = 1e-10;
 
 /// Factor from one threshold to the next narrower.
