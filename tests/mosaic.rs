@@ -41,6 +41,8 @@ fn filled(image: &Image, voids: &Mask, radius: u32) -> Image {
 }
 
 mod blending {
+    #[cfg(target_arch = "wasm32")]
+    use super::test;
     use super::*;
 
     fn warped(image: Image, footprint: Mask, offset: (usize, usize)) -> Warped {
@@ -128,6 +130,8 @@ mod blending {
 }
 
 mod filling {
+    #[cfg(target_arch = "wasm32")]
+    use super::test;
     use super::*;
 
     fn disc(width: usize, height: usize, radius: i64) -> Mask {
