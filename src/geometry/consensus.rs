@@ -24,7 +24,7 @@ impl Consensus {
     }
 }
 
-/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
+/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 without.
 pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let found = sampled::<D>(points, search, sampler)?;
     let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
@@ -33,9 +33,10 @@ pub(super) fn published<const D: usize>(points: &Points, search: &Search, sample
 
 /// Random search at all scales, then down to the narrowest.
 ///
-/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
-/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three quarters of
-/// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
+/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not
+/// let wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three
+/// quarters of what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller
+/// hoped.
 pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
     let scales = &search.scales;
     let found = sampled::<D>(points, search, sampler)?;
@@ -65,7 +66,8 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
     errors.sort_by(f64::total_cmp);
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
     let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
-    let core = settled::<D>(points, consensus.projection, consensus.threshold.min(3.0 * sigma));
+    let threshold = (3.0 * sigma).clamp(0.01 * consensus.threshold, consensus.threshold);
+    let core = settled::<D>(points, consensus.projection, threshold);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
     let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
     let inliers = inliers_of(points, &projection, consensus.threshold);
@@ -129,11 +131,13 @@ pub(super) fn fitted<const D: usize>(
         (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
         (linear, start) => linear.or(start)?,
     };
-    Some(refine(&chosen, &start, D, tolerance))
+    // A wrong depth can put a match behind the camera, where there is nothing to descend.
+    let front: Vec<bool> = (0..chosen.len()).map(|i| chosen.third(&start, i) > 0.0).collect();
+    Some(refine(&chosen.select(&front), &start, D, tolerance))
 }
 
-/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all
-/// their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
+/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014):
+/// flags of all their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
 pub(super) fn many_homographies(
     points: &Points,
     search: &Search,

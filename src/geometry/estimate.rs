@@ -151,16 +151,17 @@ impl<'a> Fit<'a> {
         report(observer, Stage::Estimate, 0.3)?;
         let deep = match options.robust_fit {
             RobustFit::Depth => self.consensus::<4>(options, &mut sampler),
-            RobustFit::Homography => flat.clone().map(|f| (f.inliers, f.trials)).and_then(|f| self.on_inliers(f)),
-            RobustFit::MultiHomography => self.on_inliers(many_homographies(
-                points,
-                &Search { scales: scales(self.threshold, self.threshold), ..self.search(options) },
-                &mut sampler,
-                |left| self.needed(left, FLAT_SAMPLE, self.threshold),
-            )),
+            RobustFit::Homography => flat.as_ref().and_then(|f| self.on_inliers(f.inliers.clone(), f.threshold, 0)),
+            RobustFit::MultiHomography => {
+                let search = Search { scales: scales(self.threshold, self.threshold), ..self.search(options) };
+                let enough = |left| self.needed(left, FLAT_SAMPLE, self.threshold);
+                let (inliers, trials) = many_homographies(points, &search, &mut sampler, enough);
+                self.on_inliers(inliers, self.threshold, trials)
+            }
         };
         report(observer, Stage::Estimate, 0.7)?;
-        let Some(deep) = deep else { return Ok(None) };
+        let Some(mut deep) = deep else { return Ok(None) };
+        deep.trials += flat.as_ref().map_or(0, |f| f.trials);
         self.believed(&deep, DEPTH_SAMPLE)?;
         if let Some(flat) = flat.filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok())
             && !self.shows_parallax(&deep, &flat)
@@ -174,9 +175,10 @@ impl<'a> Fit<'a> {
         }))
     }
 
-    fn on_inliers(&self, (inliers, trials): (Vec<bool>, u32)) -> Option<Consensus> {
+    /// The depth model on inliers that homographies chose.
+    fn on_inliers(&self, inliers: Vec<bool>, threshold: f64, trials: u32) -> Option<Consensus> {
         let projection = fitted::<4>(&self.forward.1, &inliers, None, FINE)?;
-        Some(Consensus { projection, support: inliers.clone(), inliers, threshold: self.threshold, trials })
+        Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials })
     }
 
     fn shows_parallax(&self, deep: &Consensus, flat: &Consensus) -> bool {
