@@ -18,7 +18,7 @@ export function means(rows: readonly Row[]): Mean[] {
     groups.set(letters, [...(groups.get(letters) ?? []), row]);
   }
   const named = [...groups]
-    .filter(([letters, members]) => letters !== "" && members.length > 1 && groups.size > 1)
+    .filter(([letters, members]) => letters !== "" && members.length > 1)
     .map(([letters, members]) => {
       const dashed = members.every((row) => row.case.startsWith(`${letters}-`));
       return meanOf(dashed ? `${letters}-*` : `${letters}*`, members);
