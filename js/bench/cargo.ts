@@ -23,7 +23,8 @@ export async function renderSample(width: number, height: number): Promise<strin
 export async function nativeTimes(folder: string, runs: number): Promise<Times | undefined> {
   if (!existsSync(join(ROOT, "examples", "native-times.rs"))) return undefined;
   const times: unknown = JSON.parse(await example("native-times", [folder, String(runs)]));
-  if (!isTimes(times)) throw new Error(`native-times did not print the times of ${STAGES.join(", ")}`);
+  if (!isTimes(times))
+    throw new Error(`native-times did not print the times of ${STAGES.join(", ")}`);
   return times;
 }
 

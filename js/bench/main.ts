@@ -47,12 +47,20 @@ if (flags.help) {
   process.stdout.write(HELP);
 } else {
   const runs = Number(flags.runs);
-  if (!Number.isInteger(runs) || runs < 1) throw new RangeError(`--runs must be a whole number above 0, got ${flags.runs}`);
+  if (!Number.isInteger(runs) || runs < 1)
+    throw new RangeError(`--runs must be a whole number above 0, got ${flags.runs}`);
   const timings = await timeCases(runs);
   const scaling = flags["no-scaling"] ? [] : await scale();
   if (flags.json) {
-    const machine = { node: process.version, cpu: cpus()[0]?.model, platform: `${process.platform} ${process.arch}` };
-    await writeFile(flags.json, `${JSON.stringify({ machine, runs, timings, scaling }, null, 1)}\n`);
+    const machine = {
+      node: process.version,
+      cpu: cpus()[0]?.model,
+      platform: `${process.platform} ${process.arch}`,
+    };
+    await writeFile(
+      flags.json,
+      `${JSON.stringify({ machine, runs, timings, scaling }, null, 1)}\n`,
+    );
   }
 }
 
@@ -77,7 +85,9 @@ async function timeCases(runs: number): Promise<Timing[]> {
 function timingLines({ wasm, native }: Timing): string[] {
   const header = ["stage", "wasm ms", ...(native ? ["native ms", "ratio"] : [])];
   const rows = STAGES.map((stage) => {
-    const ratio = native ? [native[stage].toFixed(2), (wasm[stage] / native[stage]).toFixed(2)] : [];
+    const ratio = native
+      ? [native[stage].toFixed(2), (wasm[stage] / native[stage]).toFixed(2)]
+      : [];
     return [stage, wasm[stage].toFixed(2), ...ratio];
   });
   return [...aligned([header, ...rows]), ""];
@@ -102,9 +112,13 @@ async function scale(): Promise<Scale[]> {
 }
 
 function aligned(rows: readonly (readonly string[])[]): string[] {
-  const widths = (rows[0] ?? []).map((_, column) => Math.max(...rows.map((row) => row[column]?.length ?? 0)));
+  const widths = (rows[0] ?? []).map((_, column) =>
+    Math.max(...rows.map((row) => row[column]?.length ?? 0)),
+  );
   return rows.map((row) =>
-    row.map((cell, i) => (i === 0 ? cell.padEnd(widths[i] ?? 0) : cell.padStart(widths[i] ?? 0))).join("  "),
+    row
+      .map((cell, i) => (i === 0 ? cell.padEnd(widths[i] ?? 0) : cell.padStart(widths[i] ?? 0)))
+      .join("  "),
   );
 }
 

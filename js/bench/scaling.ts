@@ -18,7 +18,9 @@ export interface Scale {
 /** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
 export async function measureScale(folder: string, runs: number): Promise<Scale> {
   return new Promise((resolve, reject) => {
-    const worker = new Worker(new URL(import.meta.url), { workerData: { folder, runs } satisfies Job });
+    const worker = new Worker(new URL(import.meta.url), {
+      workerData: { folder, runs } satisfies Job,
+    });
     worker.once("message", (scale: Scale) => resolve(scale));
     worker.once("error", reject);
     worker.once("exit", (code) => reject(new Error(`the thread ended with ${code}`)));

@@ -20,7 +20,9 @@ export async function timeStages(pair: Pair, runs: number): Promise<Times> {
   const time = <T>(work: () => Promise<T>): Promise<{ result: T; ms: number }> => timed(work, runs);
 
   const estimated = await time(() => estimate(inputs, here));
-  const warped = await time(() => warp(target, reference, estimated.result, { ...depths, ...here }));
+  const warped = await time(() =>
+    warp(target, reference, estimated.result, { ...depths, ...here }),
+  );
   const blended = await time(() => blend(warped.result, reference, here));
   const filled = await time(() => fill(blended.result.mosaic, blended.result.voidMask, here));
   const measured = await time(() => measure(warped.result, reference, here));

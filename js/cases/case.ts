@@ -2,7 +2,12 @@ import { join, normalize, basename } from "node:path";
 
 import { decodeDepth, decodeImage } from "../codecs.js";
 import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
-import { parseDescription, type CaseDescription, type DepthFormat, type TrueMap } from "./description.js";
+import {
+  parseDescription,
+  type CaseDescription,
+  type DepthFormat,
+  type TrueMap,
+} from "./description.js";
 import { FileError } from "./errors.js";
 import { readBytes, readText } from "./files.js";
 import { parseMatches } from "./matches.js";
@@ -69,7 +74,11 @@ export async function loadCase(folder: string): Promise<Case> {
     loadPair(inFolder(folder, description)),
     truth?.ownDepth ? readBytes(truthFile).then((bytes) => parseNpy(bytes, truthFile)) : undefined,
   ]);
-  return { name: basename(normalize(join(folder, "."))), ...pair, truth: truth ? { ...truth, inverseDepth } : undefined };
+  return {
+    name: basename(normalize(join(folder, "."))),
+    ...pair,
+    truth: truth ? { ...truth, inverseDepth } : undefined,
+  };
 }
 
 /** Reads and decodes a photo. */
@@ -87,7 +96,9 @@ export async function loadMatches(path: string): Promise<Float32Array> {
 export async function loadDepth(path: string, format: DepthFormat): Promise<DepthInput> {
   const bytes = await readBytes(path);
   const { data, width, height } = await decoding(path, () => decodeDepth(bytes));
-  const scaled = Float32Array.from(data, (value) => (value === format.invalid ? NaN : value * format.scale));
+  const scaled = Float32Array.from(data, (value) =>
+    value === format.invalid ? NaN : value * format.scale,
+  );
   return { data: scaled, width, height, kind: format.kind };
 }
 
@@ -102,7 +113,11 @@ function inFolder(folder: string, description: PairFiles): PairFiles {
     target: join(folder, target),
     reference: join(folder, reference),
     matches: join(folder, matches),
-    depth: depth && { ...depth, target: join(folder, depth.target), reference: join(folder, depth.reference) },
+    depth: depth && {
+      ...depth,
+      target: join(folder, depth.target),
+      reference: join(folder, depth.reference),
+    },
   };
 }
 
@@ -112,7 +127,8 @@ async function decoding<T>(path: string, decode: () => Promise<T>): Promise<T> {
     return await decode();
   } catch (error) {
     if (!(error instanceof StitchError)) throw error;
-    const code = error.code === "decode-failed" || error.code === "too-large" ? error.code : undefined;
+    const code =
+      error.code === "decode-failed" || error.code === "too-large" ? error.code : undefined;
     if (code === undefined) throw error;
     throw new FileError(code, path, error.message, { cause: error });
   }

@@ -44,7 +44,8 @@ export function parseDescription(text: string, path: string): CaseDescription {
   const numbers = (from: Fields, key: string, count: number): number[] => {
     const value = from[key];
     const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
-    if (flat.length !== count || !flat.every(isFinite)) return fail(`"${key}" must be ${count} numbers`);
+    if (flat.length !== count || !flat.every(isFinite))
+      return fail(`"${key}" must be ${count} numbers`);
     return flat.filter(isFinite);
   };
 
@@ -74,9 +75,11 @@ export function parseDescription(text: string, path: string): CaseDescription {
 
 function parseFormat(depth: Fields, fail: (reason: string) => never): DepthFormat {
   const { kind, scale, invalid = null } = depth;
-  if (kind !== "inverse" && kind !== "metric") return fail('"depth.kind" must be "inverse" or "metric"');
+  if (kind !== "inverse" && kind !== "metric")
+    return fail('"depth.kind" must be "inverse" or "metric"');
   if (!isFinite(scale) || scale <= 0) return fail('"depth.scale" must be a number above 0');
-  if (invalid !== null && !isFinite(invalid)) return fail('"depth.invalid" must be a number or null');
+  if (invalid !== null && !isFinite(invalid))
+    return fail('"depth.invalid" must be a number or null');
   return { kind, scale, invalid };
 }
 

@@ -8,7 +8,8 @@ export async function readBytes(path: string): Promise<Uint8Array> {
     return await readFile(path);
   } catch (error) {
     const code = systemCode(error);
-    if (code === "ENOENT" || code === "ENOTDIR") throw new FileError("not-found", path, "no such file", { cause: error });
+    if (code === "ENOENT" || code === "ENOTDIR")
+      throw new FileError("not-found", path, "no such file", { cause: error });
     const reason = code === "EISDIR" ? "is a folder" : `cannot be read (${code ?? String(error)})`;
     throw new FileError("not-readable", path, reason, { cause: error });
   }

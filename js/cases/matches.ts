@@ -13,14 +13,19 @@ const HEADER = "xt,yt,xr,yr";
 export function parseMatches(text: string, path: string): Float32Array {
   const lines = text.split(/\r\n|\n|\r/);
   const header = (lines[0] ?? "").replaceAll(/[\s"]/g, "").toLowerCase();
-  if (header !== HEADER) throw new FileError("invalid-matches", path, `line 1 must be the header ${HEADER}`);
+  if (header !== HEADER)
+    throw new FileError("invalid-matches", path, `line 1 must be the header ${HEADER}`);
 
   const values: number[] = [];
   for (const [index, line] of lines.entries()) {
     if (index === 0 || line.trim() === "") continue;
     const fields = line.split(",");
     if (fields.length !== 4) {
-      throw new FileError("invalid-matches", path, `line ${index + 1} has ${fields.length} values, 4 are needed`);
+      throw new FileError(
+        "invalid-matches",
+        path,
+        `line ${index + 1} has ${fields.length} values, 4 are needed`,
+      );
     }
     for (const field of fields) values.push(parseNumber(field, index + 1, path));
   }
@@ -32,7 +37,11 @@ function parseNumber(field: string, line: number, path: string): number {
   const value = Number(text);
   // Number() takes "", "0x10" and "Infinity" too.
   if (!/^[+-]?[\d.]+(e[+-]?\d+)?$/i.test(text) || !Number.isFinite(value)) {
-    throw new FileError("invalid-matches", path, `line ${line}: ${JSON.stringify(text.slice(0, 40))} is no number`);
+    throw new FileError(
+      "invalid-matches",
+      path,
+      `line ${line}: ${JSON.stringify(text.slice(0, 40))} is no number`,
+    );
   }
   return value;
 }

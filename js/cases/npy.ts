@@ -30,7 +30,8 @@ export function parseNpy(bytes: Uint8Array, path: string): NumericArray {
   const descr = /'descr':\s*'([^']*)'/.exec(header)?.[1];
   const order = /'fortran_order':\s*(True|False)/.exec(header)?.[1];
   const extents = /'shape':\s*\(([\d,\s]*)\)/.exec(header)?.[1];
-  if (descr === undefined || order === undefined || extents === undefined) return fail("has no readable header");
+  if (descr === undefined || order === undefined || extents === undefined)
+    return fail("has no readable header");
   if (descr !== "<f4" && descr !== "<f8") fail(`holds ${descr}, only <f4 and <f8 are read`);
   if (order === "True") fail("is in Fortran order, only C order is read");
 
@@ -41,7 +42,8 @@ export function parseNpy(bytes: Uint8Array, path: string): NumericArray {
   const count = shape.reduce((product, extent) => product * extent, 1);
   const size = descr === "<f4" ? 4 : 8;
   const actual = bytes.length - dataStart;
-  if (actual !== count * size) fail(`has ${actual} bytes of data where its shape asks for ${count * size}`);
+  if (actual !== count * size)
+    fail(`has ${actual} bytes of data where its shape asks for ${count * size}`);
 
   // Element by element through the view: right on any byte order, and the data need not be aligned.
   const data = size === 4 ? new Float32Array(count) : new Float64Array(count);

@@ -57,7 +57,14 @@ const FLAGS = {
 } as const satisfies ParseArgsConfig["options"];
 
 /** The flags that say which files to read; a case folder says it all by itself. */
-const INPUT_FLAGS = ["target-depth", "reference-depth", "depth-kind", "depth-scale", "invalid", "matches"] as const;
+const INPUT_FLAGS = [
+  "target-depth",
+  "reference-depth",
+  "depth-kind",
+  "depth-scale",
+  "invalid",
+  "matches",
+] as const;
 
 /**
  * Understands a command line (without `node` and the script).
@@ -65,7 +72,9 @@ const INPUT_FLAGS = ["target-depth", "reference-depth", "depth-kind", "depth-sca
  * @throws UsageError with one line for the person who typed it.
  */
 export function parseCommand(args: readonly string[]): Command {
-  const settingFlags = Object.fromEntries(SETTING_NAMES.map((name) => [flagName(name), { type: "string" } as const]));
+  const settingFlags = Object.fromEntries(
+    SETTING_NAMES.map((name) => [flagName(name), { type: "string" } as const]),
+  );
   const { values, positionals } = parse(args, settingFlags);
   const flags: Flags = values;
   if (flags.help) return { kind: "help" };
@@ -79,7 +88,8 @@ export function parseCommand(args: readonly string[]): Command {
   const input = parseInput(flags, positionals);
   const outputs = parseOutputs(flags);
   const quality = flags.quality === undefined ? DEFAULT_QUALITY : number("quality", flags.quality);
-  if (!(quality >= 1 && quality <= 100)) throw new UsageError(`--quality must be from 1 to 100, got ${quality}`);
+  if (!(quality >= 1 && quality <= 100))
+    throw new UsageError(`--quality must be from 1 to 100, got ${quality}`);
   checkPaths(outputs, "case" in input ? [] : inputPaths(input));
   return {
     kind: "stitch",
@@ -113,12 +123,18 @@ export function outputPaths({ mosaic, warped, voidMask, report }: Outputs): stri
 }
 
 type Flags = {
-  readonly [F in keyof typeof FLAGS]?: (typeof FLAGS)[F]["type"] extends "boolean" ? boolean : string;
+  readonly [F in keyof typeof FLAGS]?: (typeof FLAGS)[F]["type"] extends "boolean"
+    ? boolean
+    : string;
 };
 
 function parse(args: readonly string[], settingFlags: Record<string, { type: "string" }>) {
   try {
-    return parseArgs({ args: [...args], options: { ...settingFlags, ...FLAGS }, allowPositionals: true });
+    return parseArgs({
+      args: [...args],
+      options: { ...settingFlags, ...FLAGS },
+      allowPositionals: true,
+    });
   } catch (error) {
     if (!(error instanceof Error) || !systemCode(error)?.startsWith("ERR_PARSE_ARGS")) throw error;
     throw new UsageError(error.message);
@@ -127,30 +143,41 @@ function parse(args: readonly string[], settingFlags: Record<string, { type: "st
 
 function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand["input"] {
   if (flags.case !== undefined) {
-    if (positionals.length > 0) throw new UsageError("--case brings its own photos: give no others");
+    if (positionals.length > 0)
+      throw new UsageError("--case brings its own photos: give no others");
     const extra = INPUT_FLAGS.find((flag) => flags[flag] !== undefined);
-    if (extra) throw new UsageError(`--${extra} cannot be combined with --case: ${extra} comes from its case.json`);
+    if (extra)
+      throw new UsageError(
+        `--${extra} cannot be combined with --case: ${extra} comes from its case.json`,
+      );
     return { case: flags.case };
   }
   const [target, reference] = positionals;
   if (target === undefined || reference === undefined || positionals.length > 2) {
-    throw new UsageError(`two photos are needed, TARGET and REFERENCE, got ${positionals.length} (see --help)`);
+    throw new UsageError(
+      `two photos are needed, TARGET and REFERENCE, got ${positionals.length} (see --help)`,
+    );
   }
-  if (flags.matches === undefined) throw new UsageError("--matches FILE.csv is needed (see --help)");
+  if (flags.matches === undefined)
+    throw new UsageError("--matches FILE.csv is needed (see --help)");
   return { target, reference, matches: flags.matches, depth: parseDepth(flags) };
 }
 
 function parseDepth(flags: Flags): PairFiles["depth"] {
   const { "target-depth": target, "reference-depth": reference } = flags;
   if (target === undefined && reference === undefined) {
-    const extra = (["depth-kind", "depth-scale", "invalid"] as const).find((flag) => flags[flag] !== undefined);
+    const extra = (["depth-kind", "depth-scale", "invalid"] as const).find(
+      (flag) => flags[flag] !== undefined,
+    );
     if (extra) throw new UsageError(`--${extra} needs --target-depth and --reference-depth`);
     return null;
   }
   if (target === undefined || reference === undefined) {
     throw new UsageError("--target-depth and --reference-depth go together");
   }
-  const kind = labelled("depth-kind", () => parseChoice(flags["depth-kind"] ?? "inverse", ["inverse", "metric"]));
+  const kind = labelled("depth-kind", () =>
+    parseChoice(flags["depth-kind"] ?? "inverse", ["inverse", "metric"]),
+  );
   const scale = number("depth-scale", flags["depth-scale"] ?? "1");
   if (scale <= 0) throw new UsageError(`--depth-scale must be above 0, got ${scale}`);
   const invalid = flags.invalid === undefined ? null : number("invalid", flags.invalid);
@@ -158,7 +185,10 @@ function parseDepth(flags: Flags): PairFiles["depth"] {
 }
 
 function parseOutputs(flags: Flags): Outputs {
-  const output = (flag: "output" | "warped" | "void-mask", extensions: readonly string[]): string | undefined => {
+  const output = (
+    flag: "output" | "warped" | "void-mask",
+    extensions: readonly string[],
+  ): string | undefined => {
     const path = flags[flag];
     if (path === undefined || extensions.includes(extname(path).toLowerCase())) return path;
     throw new UsageError(`--${flag} must end in ${extensions.join(" or ")}, got ${path}`);

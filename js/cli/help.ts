@@ -20,10 +20,16 @@ are aligned by a homography. Photos are PNG or JPEG; depth maps are PNG (8 or 16
 Input:
 ${[
   row("--case DIR", "a folder with a case.json that names photos, depth maps and matches"),
-  row("-m, --matches FILE", "CSV with the header xt,yt,xr,yr: pixels of the target and of the reference"),
+  row(
+    "-m, --matches FILE",
+    "CSV with the header xt,yt,xr,yr: pixels of the target and of the reference",
+  ),
   row("--target-depth FILE", "depth of the target"),
   row("--reference-depth FILE", "depth of the reference"),
-  row("--depth-kind KIND", "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric [inverse]"),
+  row(
+    "--depth-kind KIND",
+    "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric [inverse]",
+  ),
   row("--depth-scale N", "value × N is the depth or inverse depth [1]"),
   row("--invalid N", "the value of a depth map that means unknown [none]"),
 ].join("\n")}
@@ -58,7 +64,8 @@ function row(flag: string, help: string): string {
   for (const word of help.split(" ")) {
     const line = lines[lines.length - 1] ?? "";
     if (line === "") lines[lines.length - 1] = word;
-    else if (COLUMN + line.length + 1 + word.length <= WIDTH) lines[lines.length - 1] = `${line} ${word}`;
+    else if (COLUMN + line.length + 1 + word.length <= WIDTH)
+      lines[lines.length - 1] = `${line} ${word}`;
     else lines.push(word);
   }
   const head = `  ${flag}`;

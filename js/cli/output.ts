@@ -31,7 +31,9 @@ export async function openOutputs(paths: readonly string[]): Promise<OutputFiles
   };
   const commit = async (contents: ReadonlyMap<string, Uint8Array>): Promise<void> => {
     for (const { path, temporary } of pending) {
-      await writing(path, () => writeFile(temporary ?? path, contents.get(path) ?? new Uint8Array()));
+      await writing(path, () =>
+        writeFile(temporary ?? path, contents.get(path) ?? new Uint8Array()),
+      );
     }
     for (const { path, temporary } of pending) {
       if (temporary) await writing(path, async () => rename(temporary, await target(path)));
@@ -70,7 +72,8 @@ async function writing<T>(path: string, write: () => Promise<T>): Promise<T> {
   } catch (error) {
     if (error instanceof FileError) throw error;
     const code = systemCode(error);
-    const reason = code === "ENOENT" ? "no such folder" : `cannot be written (${code ?? String(error)})`;
+    const reason =
+      code === "ENOENT" ? "no such folder" : `cannot be written (${code ?? String(error)})`;
     throw new FileError("not-writable", path, reason, { cause: error });
   }
 }

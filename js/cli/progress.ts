@@ -24,7 +24,8 @@ export function progressLine(terminal: Terminal, enabled: boolean): ProgressLine
     terminal.write(terminal.isTTY ? `\r\x1b[K${text}` : `${text}\n`);
   };
   return {
-    show: ({ stage, fraction }) => write(terminal.isTTY ? `${stage} ${Math.round(100 * fraction)} %` : stage),
+    show: ({ stage, fraction }) =>
+      write(terminal.isTTY ? `${stage} ${Math.round(100 * fraction)} %` : stage),
     say: write,
     clear: () => {
       if (enabled && terminal.isTTY && shown !== "") terminal.write("\r\x1b[K");

@@ -15,7 +15,11 @@ export function report(
   return {
     version,
     target: { file: files.target, width: pair.target.width, height: pair.target.height },
-    reference: { file: files.reference, width: pair.reference.width, height: pair.reference.height },
+    reference: {
+      file: files.reference,
+      width: pair.reference.width,
+      height: pair.reference.height,
+    },
     depth: files.depth,
     matches: files.matches,
     options,

@@ -3,8 +3,21 @@ import { extname } from "node:path";
 import { caseFiles, loadPair, type PairFiles } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
 import { encodeGrayPng, encodeJpeg, encodePng } from "../codecs.js";
-import { StitchError, defaultOptions, stitch, version, type ImageOutput, type StitchResult } from "../index.js";
-import { checkPaths, inputPaths, outputPaths, parseCommand, type StitchCommand } from "./arguments.js";
+import {
+  StitchError,
+  defaultOptions,
+  stitch,
+  version,
+  type ImageOutput,
+  type StitchResult,
+} from "../index.js";
+import {
+  checkPaths,
+  inputPaths,
+  outputPaths,
+  parseCommand,
+  type StitchCommand,
+} from "./arguments.js";
 import { helpText } from "./help.js";
 import { openOutputs } from "./output.js";
 import { progressLine, type ProgressLine } from "./progress.js";
@@ -48,7 +61,8 @@ async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<v
     await out.commit(contents);
     line.clear();
     if (quiet) return;
-    for (const { code, message } of result.report.warnings) complain(`warning: ${code}: ${message}`);
+    for (const { code, message } of result.report.warnings)
+      complain(`warning: ${code}: ${message}`);
     process.stdout.write(`${summary(outputs, result)}\n`);
   } finally {
     line.clear();
@@ -67,9 +81,17 @@ async function work(
   const pair = await loadPair(files);
   const { matches, targetDepth, referenceDepth } = pair;
   const call = { onProgress: line.show, signal };
-  const result = await stitch(pair.target, pair.reference, { ...settings, ...call, matches, targetDepth, referenceDepth });
+  const result = await stitch(pair.target, pair.reference, {
+    ...settings,
+    ...call,
+    matches,
+    targetDepth,
+    referenceDepth,
+  });
   line.say("writing");
-  const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, result.mosaic, quality)]]);
+  const contents = new Map([
+    [outputs.mosaic, await encodeImage(outputs.mosaic, result.mosaic, quality)],
+  ]);
   if (outputs.warped) contents.set(outputs.warped, await encodePng(result.warped));
   if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
   if (outputs.report) {

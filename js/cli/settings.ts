@@ -18,15 +18,23 @@ export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = 
     help: "largest transfer error of an inlier in pixels, or the paper's 0.1 in normalised coordinates",
     parse: (text) => (text === "paper" ? text : parseNumber(text, 'a number or "paper"')),
   },
-  confidence: number("chance, 0 to 1, that one sample at least was free of outliers when sampling stops"),
+  confidence: number(
+    "chance, 0 to 1, that one sample at least was free of outliers when sampling stops",
+  ),
   maxTrials: number("most samples to draw"),
   seed: number("seed of the sampler, a whole number; the same seed gives the same bytes"),
   warpMode: choice("how the target is rendered", "forward", "backward", "backward+void", "optimal"),
   gridColumns: number("columns of grid cells over the target; 0 for one vertex per pixel"),
   gridRows: number("rows of grid cells over the target; 0 for one vertex per pixel"),
-  voidDistance: number("a void is where the two models disagree by more than this share of the target's diagonal"),
-  stretchLimit: number("outside the reference, a cell longer than this many average cells is a void"),
-  canvasLimit: number("how far the canvas may reach beyond each side of the reference, in reference sizes"),
+  voidDistance: number(
+    "a void is where the two models disagree by more than this share of the target's diagonal",
+  ),
+  stretchLimit: number(
+    "outside the reference, a cell longer than this many average cells is a void",
+  ),
+  canvasLimit: number(
+    "how far the canvas may reach beyond each side of the reference, in reference sizes",
+  ),
   fill: choice("whether inner voids of the mosaic are filled", "smooth", "none"),
   fillRadius: number("radius in pixels of the neighbourhood that a filled pixel is drawn from"),
   maxBytes: number("most bytes the core may take; a larger job is refused"),
@@ -41,7 +49,12 @@ export function isSettingName(name: string): name is keyof Options {
 }
 
 /** Sets the option `name` from text. */
-export function applySetting<K extends keyof Options>(to: Partial<Options>, name: K, text: string, label: string): void {
+export function applySetting<K extends keyof Options>(
+  to: Partial<Options>,
+  name: K,
+  text: string,
+  label: string,
+): void {
   try {
     to[name] = SETTINGS[name].parse(text);
   } catch (error) {
@@ -65,9 +78,10 @@ export function parseNumber(text: string, expected = "a number"): number {
 }
 
 /** The word of `words` that `text` is. */
-export function parseChoice<T extends string>(text: string, words: readonly T[]): T {
+export function parseChoice<const T extends string>(text: string, words: readonly T[]): T {
   const found = words.find((word) => word === text);
-  if (found === undefined) throw new UsageError(`one of ${words.join(", ")}, got ${JSON.stringify(text)}`);
+  if (found === undefined)
+    throw new UsageError(`one of ${words.join(", ")}, got ${JSON.stringify(text)}`);
   return found;
 }
 

@@ -44,8 +44,10 @@ export function parseRequest(args: readonly string[]): Request | undefined {
   const flags = parse(args);
   if (flags.help) return undefined;
   const matches = flags.matches ?? "supplied";
-  if (matches === "own") throw new UsageError("--matches own: this version has no matcher of its own yet");
-  if (matches !== "supplied") throw new UsageError(`--matches must be supplied, got ${JSON.stringify(matches)}`);
+  if (matches === "own")
+    throw new UsageError("--matches own: this version has no matcher of its own yet");
+  if (matches !== "supplied")
+    throw new UsageError(`--matches must be supplied, got ${JSON.stringify(matches)}`);
 
   const settings: Partial<Options> = {};
   if (flags.seed !== undefined) applySetting(settings, "seed", flags.seed, "--seed");
@@ -53,7 +55,9 @@ export function parseRequest(args: readonly string[]): Request | undefined {
     const equals = assignment.indexOf("=");
     const name = assignment.slice(0, Math.max(equals, 0));
     if (!isSettingName(name)) {
-      throw new UsageError(`--set needs OPTION=VALUE with one of ${SETTING_NAMES.join(", ")}, got ${assignment}`);
+      throw new UsageError(
+        `--set needs OPTION=VALUE with one of ${SETTING_NAMES.join(", ")}, got ${assignment}`,
+      );
     }
     applySetting(settings, name, assignment.slice(equals + 1), name);
   }
@@ -95,7 +99,9 @@ function modeOf(name: string): Mode {
   const mode = MODES.get(name);
   if (mode) return mode;
   if (LATER_MODES.includes(name)) throw new UsageError(`mode ${name} belongs to a later version`);
-  throw new UsageError(`--mode must be of ${[...MODES.keys()].join(", ")}, got ${JSON.stringify(name)}`);
+  throw new UsageError(
+    `--mode must be of ${[...MODES.keys()].join(", ")}, got ${JSON.stringify(name)}`,
+  );
 }
 
 function globs(patterns: string): (name: string) => boolean {

@@ -40,7 +40,8 @@ export async function evaluate(
 ): Promise<Evaluation> {
   try {
     const input = await loadCase(folder);
-    if (input.truth) checkTruth(`${folder}/${CASE_FILE}`, input.truth, input.targetDepth, input.target);
+    if (input.truth)
+      checkTruth(`${folder}/${CASE_FILE}`, input.truth, input.targetDepth, input.target);
     const result = await stitch(input.target, input.reference, {
       ...mode.settings,
       ...settings,
@@ -61,7 +62,10 @@ export async function evaluate(
 function measured(caseName: string, mode: string, input: Case, result: StitchResult): Row {
   const { quality, report, times } = result;
   const { truth, targetDepth } = input;
-  const error = truth && targetDepth ? truthError(result.forward, truth, targetDepth, input.reference) : undefined;
+  const error =
+    truth && targetDepth
+      ? truthError(result.forward, truth, targetDepth, input.reference)
+      : undefined;
   return {
     case: caseName,
     mode,

@@ -32,7 +32,12 @@ export interface Check {
 }
 
 /** Compares rows and means of one mode with its floors; floors of cases that did not run are left out. */
-export function checkFloors(floors: Floors, mode: string, rows: readonly Row[], means: readonly Mean[]): Check {
+export function checkFloors(
+  floors: Floors,
+  mode: string,
+  rows: readonly Row[],
+  means: readonly Mean[],
+): Check {
   const named = new Map<string, Checked>([
     ...means.map((mean): [string, Checked] => [mean.name, mean]),
     ...rows.map((row): [string, Checked] => [row.case, row]),
@@ -50,7 +55,9 @@ export function checkFloors(floors: Floors, mode: string, rows: readonly Row[], 
       const gap = measure.startsWith("error") ? value - least : least - value;
       if (gap <= floors.tolerance[measure]) continue;
       const found = Number.isNaN(value) ? "nothing" : value.toFixed(3);
-      short.push(`${mode} ${name}: ${measure} ${found}, floor ${least} (tolerance ${floors.tolerance[measure]})`);
+      short.push(
+        `${mode} ${name}: ${measure} ${found}, floor ${least} (tolerance ${floors.tolerance[measure]})`,
+      );
     }
   }
   return { checked, short };

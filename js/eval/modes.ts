@@ -20,7 +20,10 @@ const PAPER: Partial<Options> = {
   stretchLimit: 2,
 };
 
-const ablation = (change: Partial<Options>): Mode => ({ settings: { ...PAPER, ...change }, depth: true });
+const ablation = (change: Partial<Options>): Mode => ({
+  settings: { ...PAPER, ...change },
+  depth: true,
+});
 
 /**
  * The modes by name. The ablations change one thing of `paper`; the models of the two robust fits are still fitted with

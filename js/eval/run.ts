@@ -79,7 +79,8 @@ async function caseFolders(data: string, wanted: (name: string) => boolean): Pro
     const path = join(data, name);
     if (await exists(join(path, CASE_FILE))) found.push({ name, path });
   }
-  if (found.length === 0) throw new UsageError(`--data ${data}: no case folder that --cases asks for`);
+  if (found.length === 0)
+    throw new UsageError(`--data ${data}: no case folder that --cases asks for`);
   return found;
 }
 
@@ -90,7 +91,11 @@ async function exists(path: string): Promise<boolean> {
   );
 }
 
-async function writePictures(folder: string, name: string, { mosaic, warped }: StitchResult): Promise<void> {
+async function writePictures(
+  folder: string,
+  name: string,
+  { mosaic, warped }: StitchResult,
+): Promise<void> {
   await writeFile(join(folder, `${name}_mosaic.png`), await encodePng(mosaic));
   await writeFile(join(folder, `${name}_warped.png`), await encodePng(warped));
 }

@@ -46,7 +46,12 @@ export function tableLines(width: number): {
       const note = row.failed === undefined ? row.warnings.join(" ") : `FAILED ${row.failed}`;
       return line(row.case, cells(row, milliseconds(row), 0), note);
     },
-    mean: (mean) => line(mean.name, cells(mean, mean.milliseconds, 1), `${mean.stitched} of ${mean.total} stitched`),
+    mean: (mean) =>
+      line(
+        mean.name,
+        cells(mean, mean.milliseconds, 1),
+        `${mean.stitched} of ${mean.total} stitched`,
+      ),
   };
 }
 

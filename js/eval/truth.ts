@@ -64,7 +64,11 @@ export function checkTruth(
 ): void {
   const expected = `${target.height},${target.width}`;
   const fail = (what: string, found: string): never => {
-    throw new FileError("invalid-case", name, `${what} must be of the target's size (${expected}), is ${found}`);
+    throw new FileError(
+      "invalid-case",
+      name,
+      `${what} must be of the target's size (${expected}), is ${found}`,
+    );
   };
   const found = depth ? `${depth.height},${depth.width}` : "missing";
   if (found !== expected) fail("the depth map of a case with truth", found);
@@ -73,7 +77,9 @@ export function checkTruth(
 }
 
 function inverseDepth({ data, kind }: DepthInput): Float32Array {
-  return Float32Array.from(data, (value) => (kind === "inverse" ? value : value > 0 ? 1 / value : NaN));
+  return Float32Array.from(data, (value) =>
+    kind === "inverse" ? value : value > 0 ? 1 / value : NaN,
+  );
 }
 
 /** Image of (x, y) with inverse depth d: u, v and the third homogeneous coordinate. */
