@@ -19,9 +19,8 @@ export async function renderSample(width: number, height: number): Promise<strin
   return folder;
 }
 
-/** The same stages in native code; undefined while the crate has no example that measures them. */
-export async function nativeTimes(folder: string, runs: number): Promise<Times | undefined> {
-  if (!existsSync(join(ROOT, "examples", "native-times.rs"))) return undefined;
+/** The same stages in native code. */
+export async function nativeTimes(folder: string, runs: number): Promise<Times> {
   const times: unknown = JSON.parse(await example("native-times", [folder, String(runs)]));
   if (!isTimes(times))
     throw new Error(`native-times did not print the times of ${STAGES.join(", ")}`);

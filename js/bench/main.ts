@@ -25,6 +25,7 @@ const SAMPLE = { width: 1000, height: 662 };
 const MEGAPIXELS = [0.25, 1, 3, 6, 12];
 /** Large photos take seconds each. */
 const SCALING_RUNS = 5;
+const WARM_UP = 3;
 
 interface Timing {
   readonly case: string;
@@ -74,7 +75,7 @@ async function timeCases(runs: number): Promise<Timing[]> {
   for (const [name, folder] of folders) {
     const pair = await loadCase(folder);
     print(`${name} (${pair.target.width}×${pair.target.height}, median of ${runs})`);
-    const wasm = await timeStages(pair, runs);
+    const wasm = await timeStages(pair, runs, WARM_UP);
     const native = flags["no-native"] ? undefined : await nativeTimes(folder, runs);
     for (const line of timingLines({ case: name, wasm, native })) print(line);
     timings.push({ case: name, wasm, native });

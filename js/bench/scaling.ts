@@ -2,8 +2,7 @@ import { Worker, isMainThread, parentPort, workerData } from "node:worker_thread
 
 import { loadCase } from "../cases/case.js";
 import { core } from "../core.js";
-import { stitch } from "../index.js";
-import { timed } from "./stages.js";
+import { timeStages } from "./stages.js";
 
 /** How a whole stitch grows with the photos. */
 export interface Scale {
@@ -33,12 +32,12 @@ interface Job {
 }
 
 async function serve({ folder, runs }: Job): Promise<Scale> {
-  const { target, reference, matches, targetDepth, referenceDepth } = await loadCase(folder);
-  const options = { matches, targetDepth, referenceDepth, worker: false };
-  const { ms } = await timed(() => stitch(target, reference, options), runs, 1);
+  const pair = await loadCase(folder);
+  const { width, height } = pair.target;
+  const { stitch } = await timeStages(pair, runs, 1);
   return {
-    megapixels: (target.width * target.height) / 1e6,
-    ms,
+    megapixels: (width * height) / 1e6,
+    ms: stitch,
     memory: core.call((raw) => raw.peakMemory()),
   };
 }

@@ -26,6 +26,11 @@ export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = 
   warpMode: choice("how the target is rendered", "forward", "backward", "backward+void", "optimal"),
   gridColumns: number("columns of grid cells over the target; 0 for one vertex per pixel"),
   gridRows: number("rows of grid cells over the target; 0 for one vertex per pixel"),
+  holes: choice(
+    "where a depth map has no value: take the nearest known one, or draw nothing there",
+    "nearest",
+    "drop",
+  ),
   voidDistance: number(
     "a void is where the two models disagree by more than this share of the target's diagonal",
   ),

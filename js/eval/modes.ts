@@ -16,6 +16,7 @@ const PAPER: Partial<Options> = {
   confidence: 0.99,
   gridColumns: 0,
   gridRows: 0,
+  holes: "nearest",
   voidDistance: 0.01,
   stretchLimit: 2,
 };
