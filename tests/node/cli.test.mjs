@@ -5,6 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
+import { progressLine } from "../../dist/cli/progress.js";
 import { SETTINGS, flagName } from "../../dist/cli/settings.js";
 import { decodeDepth, decodeImage } from "../../dist/codecs.js";
 import { defaultOptions, version } from "../../dist/index.js";
@@ -121,6 +122,20 @@ test("progress is silent off a terminal unless asked for", async () => {
   for (const stage of ["reading", "estimate", "warp", "writing"]) {
     assert.match(stderr, new RegExp(`^${stage}$`, "m"));
   }
+});
+
+test("on a terminal progress is one line, rewritten and cleared", () => {
+  let written = "";
+  const terminal = { isTTY: true, write: (/** @type {string} */ text) => (written += text) };
+  const line = progressLine(terminal, true);
+  line.show({ stage: "warp", fraction: 0.5 });
+  line.show({ stage: "warp", fraction: 0.501 });
+  line.show({ stage: "blend", fraction: 0 });
+  line.clear();
+  line.clear();
+  assert.equal(written, "\r\x1b[Kwarp 50 %\r\x1b[Kblend 0 %\r\x1b[K");
+  progressLine(terminal, false).show({ stage: "fill", fraction: 1 });
+  assert.doesNotMatch(written, /fill/);
 });
 
 test("depth flags reach the core: a wrong kind of depth fits worse", async () => {

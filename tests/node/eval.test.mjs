@@ -69,7 +69,8 @@ test("one row per case and mode, failures included, and means of what worked", a
   assert.equal(good.failed, undefined);
   assert.ok((good.error_inside?.[0] ?? NaN) < 0.1, `error inside ${good.error_inside}`);
   assert.ok((good.psnr_mask ?? 0) > (row("made-good", "baseline").psnr_mask ?? NaN) + 3);
-  assert.ok((row("made-good", "baseline").error_inside?.[0] ?? NaN) > 0.5);
+  // One homography holds the background, which is most of the photo, but not what stands before it.
+  assert.ok((row("made-good", "baseline").error_inside?.[1] ?? NaN) > 3);
   assert.ok((good.inliers ?? 0) > 30 && (good.inliers ?? 0) <= (good.matches ?? 0));
   assert.ok((good.ms.warp ?? 0) > 0);
   assert.ok(row("flat", "default").warnings.includes("no-depth"));
