@@ -4,6 +4,7 @@ mod convert;
 
 #[cfg(feature = "codecs")]
 mod codecs;
+
 #[cfg(feature = "core")]
 mod inputs;
 #[cfg(feature = "core")]
@@ -14,3 +15,7 @@ mod options;
 mod results;
 #[cfg(feature = "core")]
 mod stages;
+
+/// The public types, part of the declarations of either module.
+#[wasm_bindgen::prelude::wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = include_str!("types.d.ts");
