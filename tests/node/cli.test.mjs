@@ -70,7 +70,16 @@ function assertFails(result, code, line) {
 }
 
 test("a pair with depth becomes a mosaic, its parts and a report", async () => {
-  const outputs = ["-o", "m.jpg", "--warped", "w.png", "--void-mask", "v.png", "--report", "r.json"];
+  const outputs = [
+    "-o",
+    "m.jpg",
+    "--warped",
+    "w.png",
+    "--void-mask",
+    "v.png",
+    "--report",
+    "r.json",
+  ];
   const result = await run([...pair(), ...depths(), ...outputs, "--seed", "7"]);
   assert.equal(result.code, 0, result.stderr);
   assert.deepEqual(result.files, ["m.jpg", "r.json", "v.png", "w.png"]);
@@ -200,7 +209,10 @@ test("a file that is missing or damaged exits with 1 and is named", async () => 
     { args: [broken, reference, ...matches], line: /decode-failed: .*broken\.png: / },
     { args: [target, reference, "-m", unheaded], line: /invalid-matches: .*line 1 must be/ },
     { args: ["--case", folder], line: /not-found: .*case\.json/ },
-    { args: [...pair(), "-o", "nowhere/m.png"], line: /not-writable: nowhere\/m\.png: no such folder/ },
+    {
+      args: [...pair(), "-o", "nowhere/m.png"],
+      line: /not-writable: nowhere\/m\.png: no such folder/,
+    },
     { args: [...pair(), "--report", folder], line: /not-writable: .*is a folder/ },
   ];
   for (const { args, line } of cases) assertFails(await run(args), 1, line);

@@ -37,7 +37,9 @@ after(() => rm(folder, { recursive: true, force: true }));
 
 /** @param {string[]} args */
 function run(...args) {
-  const { status, stdout, stderr } = spawnSync(process.execPath, [MAIN, ...args], { encoding: "utf8" });
+  const { status, stdout, stderr } = spawnSync(process.execPath, [MAIN, ...args], {
+    encoding: "utf8",
+  });
   return { status, stdout, stderr };
 }
 
@@ -158,7 +160,9 @@ const truth = (shift) => ({
 
 /** @param {number} width @param {number} height @param {(x: number, y: number) => number} value */
 function depthMap(width, height, value) {
-  const data = new Float32Array(width * height).map((_, i) => value(i % width, Math.floor(i / width)));
+  const data = new Float32Array(width * height).map((_, i) =>
+    value(i % width, Math.floor(i / width)),
+  );
   return { data, width, height, kind: /** @type {"inverse" | "metric"} */ ("inverse") };
 }
 
@@ -192,15 +196,36 @@ test("truth error: few points, holes, far points and other true depth", () => {
   const fitted = { h: IDENTITY, e: new Float64Array([0, 0, 0]) };
   const size = { width: 1000, height: 1000 };
   // A 20×16 target has 5×4 = 20 grid points: too few; one more row is enough.
-  assert.equal(truthError(fitted, truth(0), depthMap(20, 16, () => 1), size).inside, null);
-  assert.deepEqual(truthError(fitted, truth(0), depthMap(20, 17, () => 1), size).inside, [0, 0]);
+  assert.equal(
+    truthError(
+      fitted,
+      truth(0),
+      depthMap(20, 16, () => 1),
+      size,
+    ).inside,
+    null,
+  );
+  assert.deepEqual(
+    truthError(
+      fitted,
+      truth(0),
+      depthMap(20, 17, () => 1),
+      size,
+    ).inside,
+    [0, 0],
+  );
   // Holes and depth that is not positive are left out.
   const holes = depthMap(40, 40, (x) => (x < 20 ? NaN : x < 36 ? 1 : 0));
   assert.equal(truthError(fitted, truth(0), holes, size).inside?.length, 2);
   const mostlyHoles = depthMap(40, 40, (x) => (x < 32 ? NaN : 0));
   assert.equal(truthError(fitted, truth(0), mostlyHoles, size).inside, null);
   // Farther than 3000 px: neither inside nor outside.
-  const far = truthError(fitted, truth(3100), depthMap(40, 40, () => 1), size);
+  const far = truthError(
+    fitted,
+    truth(3100),
+    depthMap(40, 40, () => 1),
+    size,
+  );
   assert.deepEqual(far, { inside: null, outside: null });
   // The true map takes the true depth, here 3 where the fitted one has 1.
   const inverseDepth = { data: new Float32Array(1600).fill(3), shape: [40, 40] };
@@ -208,17 +233,37 @@ test("truth error: few points, holes, far points and other true depth", () => {
   const shifted = { h: IDENTITY, e: new Float64Array([1, 4, 0]) };
   const expected = Math.hypot(1 - 3, 4);
   assert.deepEqual(
-    truthError(shifted, other, depthMap(40, 40, () => 1), size).inside,
+    truthError(
+      shifted,
+      other,
+      depthMap(40, 40, () => 1),
+      size,
+    ).inside,
     [expected, expected],
   );
 });
 
 test("floors: what falls short is named, tolerance included", async () => {
   const floors = {
-    tolerance: { psnr_bbox: 0.1, ssim_bbox: 0.01, cover: 0.01, error_inside: 0.2, error_outside: 0.2 },
-    modes: { paper: { a: { psnr_bbox: 20, error_inside: 1 }, "b-*": { cover: 0.5 }, absent: { cover: 1 } } },
+    tolerance: {
+      psnr_bbox: 0.1,
+      ssim_bbox: 0.01,
+      cover: 0.01,
+      error_inside: 0.2,
+      error_outside: 0.2,
+    },
+    modes: {
+      paper: { a: { psnr_bbox: 20, error_inside: 1 }, "b-*": { cover: 0.5 }, absent: { cover: 1 } },
+    },
   };
-  const empty = { mode: "paper", ssim_bbox: null, psnr_mask: null, ssim_mask: null, matches: 1, inliers: 1 };
+  const empty = {
+    mode: "paper",
+    ssim_bbox: null,
+    psnr_mask: null,
+    ssim_mask: null,
+    matches: 1,
+    inliers: 1,
+  };
   /** @type {(name: string, psnr_bbox: number | null, error: number, cover: number) => import("../../dist/eval/evaluate.js").Row} */
   const row = (name, psnr_bbox, error, cover) => ({
     ...empty,
@@ -277,7 +322,10 @@ test("npy: anything else is refused with the file's name", () => {
     { bytes: new Uint8Array(3), reason: /is no \.npy file/ },
     { bytes: good.subarray(0, 9), reason: /is no \.npy file/ },
     { bytes: good.subarray(0, 40), reason: /is cut short/ },
-    { bytes: good.subarray(0, good.length - 1), reason: /has 7 bytes of data where its shape asks for 8/ },
+    {
+      bytes: good.subarray(0, good.length - 1),
+      reason: /has 7 bytes of data where its shape asks for 8/,
+    },
     { bytes: npy(header("<i4", "False"), [1, 2]), reason: /holds <i4/ },
     { bytes: npy(header(">f4", "False"), [1, 2]), reason: /holds >f4/ },
     { bytes: npy(header("<f4", "True"), [1, 2]), reason: /Fortran order/ },
@@ -285,7 +333,11 @@ test("npy: anything else is refused with the file's name", () => {
     { bytes: npy(header("<f4", "False"), [1, 2], { major: 9 }), reason: /version 9/ },
   ];
   for (const { bytes, reason } of refused) {
-    assert.throws(() => parseNpy(bytes, "a.npy"), { name: "FileError", code: "invalid-npy", message: reason });
+    assert.throws(() => parseNpy(bytes, "a.npy"), {
+      name: "FileError",
+      code: "invalid-npy",
+      message: reason,
+    });
   }
 });
 
@@ -316,7 +368,14 @@ test("case.json: every wrong key is named", () => {
     target_depth: "a.png",
     reference_depth: "b.png",
     depth: { kind: "metric", scale: 2, invalid: 0 },
-    truth_map: { H_inf: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], e_prime: [1, 2, 3] },
+    truth_map: {
+      H_inf: [
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+      ],
+      e_prime: [1, 2, 3],
+    },
   };
   const parse = (/** @type {object} */ change) =>
     parseDescription(JSON.stringify({ ...good, ...change }), "case.json");
