@@ -9,34 +9,47 @@ export const HEIGHT = 180;
 /** Pixels of shift per unit of inverse depth, from target to reference. */
 export const BASELINE = -0.1;
 
-/** Surfaces from back to front: inverse depth (as the depth map says it) and the columns and rows they cover. */
+/**
+ * A flat surface: inverse depth (as the depth map says it), and the columns and rows it covers, from and up to.
+ *
+ * @typedef {{ depth: number, left: number, right: number, top: number, bottom: number }} Surface
+ */
+
+/** From back to front. @type {Surface[]} */
 const SURFACES = [
-  { depth: 40, columns: [-Infinity, Infinity], rows: [-Infinity, Infinity] },
-  { depth: 80, columns: [20, 90], rows: [20, 80] },
-  { depth: 120, columns: [130, 200], rows: [90, 160] },
-  { depth: 160, columns: [120, 180], rows: [15, 70] },
-  { depth: 200, columns: [40, 100], rows: [100, 165] },
+  { depth: 40, left: -Infinity, right: Infinity, top: -Infinity, bottom: Infinity },
+  { depth: 80, left: 20, right: 90, top: 20, bottom: 80 },
+  { depth: 120, left: 130, right: 200, top: 90, bottom: 160 },
+  { depth: 160, left: 120, right: 180, top: 15, bottom: 70 },
+  { depth: 200, left: 40, right: 100, top: 100, bottom: 165 },
 ];
 
-/** The front surface at (x, y) of the target (`view` 0) or the reference (1), and where that is on the surface. */
+/**
+ * The front surface at (x, y) of the target (`view` 0) or the reference (1), and where that is on the surface.
+ *
+ * @param {number} x
+ * @param {number} y
+ * @param {number} view
+ */
 function hit(x, y, view) {
   const hits = SURFACES.map((surface, index) => ({
     ...surface,
     index,
     u: x - view * BASELINE * surface.depth,
-  })).filter(
-    ({ u, columns, rows }) => u >= columns[0] && u < columns[1] && y >= rows[0] && y < rows[1],
-  );
+  })).filter(({ u, left, right, top, bottom }) => u >= left && u < right && y >= top && y < bottom);
   const front = hits.at(-1);
   if (!front) throw new Error("the background covers everything");
   return front;
 }
 
+/** @param {number} u @param {number} y @param {number} index */
 function colour(u, y, index) {
-  const wave = (fx, fy, phase) => 128 + 90 * Math.sin(u * fx + y * fy + phase + 2 * index);
+  const wave = (/** @type {number} */ fx, /** @type {number} */ fy, /** @type {number} */ phase) =>
+    128 + 90 * Math.sin(u * fx + y * fy + phase + 2 * index);
   return [wave(0.31, 0.11, 0), wave(0.13, 0.27, 1), wave(0.21, -0.19, 2), 255];
 }
 
+/** @param {number} view */
 function render(view) {
   const image = new Uint8ClampedArray(4 * WIDTH * HEIGHT);
   const depth = new Uint8Array(WIDTH * HEIGHT);
@@ -70,6 +83,9 @@ function matches() {
 /**
  * Writes the case to `folder` and returns its matches. `change` overrides keys of case.json; `keep` is how many matches
  * are written.
+ *
+ * @param {string} folder
+ * @param {{ change?: object, keep?: number }} [options]
  */
 export async function writeCase(folder, { change = {}, keep = Infinity } = {}) {
   await mkdir(folder, { recursive: true });
