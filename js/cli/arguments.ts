@@ -131,7 +131,7 @@ type Flags = {
 function parse(args: readonly string[], settingFlags: Record<string, { type: "string" }>) {
   try {
     return parseArgs({
-      args: [...args],
+      args: joinNegativeNumbers(args),
       options: { ...settingFlags, ...FLAGS },
       allowPositionals: true,
     });
@@ -139,6 +139,18 @@ function parse(args: readonly string[], settingFlags: Record<string, { type: "st
     if (!(error instanceof Error) || !systemCode(error)?.startsWith("ERR_PARSE_ARGS")) throw error;
     throw new UsageError(error.message);
   }
+}
+
+/** `--invalid -1` as `--invalid=-1`: parseArgs takes what begins with a dash for a flag, and no flag is a number. */
+function joinNegativeNumbers(args: readonly string[]): string[] {
+  const joined: string[] = [];
+  for (const arg of args) {
+    const flag = joined.at(-1);
+    const isValue = /^-\.?\d/.test(arg) && flag !== "--" && flag?.startsWith("--") && !flag.includes("=");
+    if (isValue) joined.splice(-1, 1, `${flag}=${arg}`);
+    else joined.push(arg);
+  }
+  return joined;
 }
 
 function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand["input"] {

@@ -156,6 +156,13 @@ test("depth flags reach the core: a wrong kind of depth fits worse", async () =>
   assert.ok((await residual([])) > (await residual(["--depth-kind", "metric"])) + 3);
 });
 
+test("a reader that stops reading is no failure", async () => {
+  const { code, stderr } = await run(["--case", join(folder, "case")], (child) => {
+    child.stdout?.destroy();
+  });
+  assert.deepEqual([code, stderr], [0, ""]);
+});
+
 test("every option of the core has a flag, and --help shows it with its default", async () => {
   const defaults = await defaultOptions();
   assert.deepEqual(Object.keys(SETTINGS).sort(), Object.keys(defaults).sort());
@@ -185,7 +192,8 @@ test("a wrong command line exits with 2", async () => {
     { args: [...pair(), "--invalid", "0"], line: /--invalid needs/ },
     { args: [...pair(), "--seed", "many"], line: /--seed must be a number, got "many"/ },
     { args: [...pair(), "--warp-mode", "sideways"], line: /--warp-mode must be one of forward/ },
-    { args: [...pair(), "--max-trials", "-1"], line: /--max-trials/ },
+    { args: [...pair(), "--max-trials", "-1"], line: /invalid-argument: maxTrials .*-1/ },
+    { args: [...pair(), "--seed"], line: /usage: .*--seed/ },
     { args: [...pair(), "--confidence=7"], line: /invalid-argument: confidence/ },
     { args: [...pair(), "-o", "m.gif"], line: /must end in \.png/ },
     { args: [...pair(), "--warped", "w.jpg"], line: /must end in \.png/ },
