@@ -146,7 +146,8 @@ function joinNegativeNumbers(args: readonly string[]): string[] {
   const joined: string[] = [];
   for (const arg of args) {
     const flag = joined.at(-1);
-    const isValue = /^-\.?\d/.test(arg) && flag !== "--" && flag?.startsWith("--") && !flag.includes("=");
+    const isValue =
+      /^-\.?\d/.test(arg) && flag !== "--" && flag?.startsWith("--") && !flag.includes("=");
     if (isValue) joined.splice(-1, 1, `${flag}=${arg}`);
     else joined.push(arg);
   }
