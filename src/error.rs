@@ -53,6 +53,12 @@ pub enum Error {
         /// What was passed (NaN when it was no number).
         value: f64,
     },
+    /// An option that does not exist.
+    #[error("there is no option {name}")]
+    UnknownOption {
+        /// As the caller spelled it.
+        name: String,
+    },
     /// A buffer whose length does not fit its stated size.
     #[error("{name} has {actual} values where its size asks for {expected}")]
     SizeMismatch {
@@ -137,7 +143,7 @@ impl Error {
     /// The stable code, the same in Rust and JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
-            Error::InvalidArgument { .. } => "invalid-argument",
+            Error::InvalidArgument { .. } | Error::UnknownOption { .. } => "invalid-argument",
             Error::SizeMismatch { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
@@ -175,7 +181,7 @@ impl Error {
             ],
             Error::OutOfMemory { bytes } => vec![("bytes", bytes as f64)],
             Error::DecodeFailed { bytes, .. } => vec![("bytes", bytes as f64)],
-            Error::Aborted => Vec::new(),
+            Error::UnknownOption { .. } | Error::Aborted => Vec::new(),
         }
     }
 }

@@ -171,6 +171,14 @@ impl InverseDepth {
         self.height
     }
 
+    /// A map of the same size from a function of index and value.
+    pub(crate) fn map_indexed(&self, f: impl Fn(usize, f32) -> f32) -> Result<Self> {
+        let mut data = Vec::new();
+        reserve(&mut data, self.data.len())?;
+        data.extend(self.data.iter().enumerate().map(|(i, &v)| f(i, v)));
+        Ok(Self { data, width: self.width, height: self.height })
+    }
+
     /// Bilinear value at (x, y), clamped to the frame; NaN where one of the four neighbours that count is a hole.
     pub fn sample(&self, x: f64, y: f64) -> f64 {
         let x = x.clamp(0.0, (self.width - 1) as f64);
@@ -221,6 +229,15 @@ pub(crate) fn check_len(name: &'static str, len: usize, width: usize, height: us
         return Err(Error::SizeMismatch { name, expected, actual: len as u64 });
     }
     Ok(())
+}
+
+/// Checks that something is as large as what it belongs to.
+pub(crate) fn check_size(name: &'static str, size: (usize, usize), expected: (usize, usize)) -> Result<()> {
+    if size == expected {
+        return Ok(());
+    }
+    let pixels = |(w, h): (usize, usize)| w as u64 * h as u64;
+    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) })
 }
 
 /// `len` zeros (or defaults), refusing instead of aborting when memory is out.

@@ -27,6 +27,16 @@ impl Model {
         Self { h, e: Vector3::zeros() }
     }
 
+    /// Whether depth plays a part.
+    pub fn has_parallax(&self) -> bool {
+        self.e != Vector3::zeros()
+    }
+
+    /// Whether all entries are finite.
+    pub fn is_finite(&self) -> bool {
+        self.h.iter().chain(self.e.iter()).all(|v| v.is_finite())
+    }
+
     /// Homogeneous image of (x, y) with inverse depth d. Not in front of the camera unless the third one is positive.
     #[inline]
     pub fn transform(&self, x: f64, y: f64, d: f64) -> [f64; 3] {

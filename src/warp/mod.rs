@@ -1,6 +1,19 @@
 //! Optimal image warping (paper, section 3.2).
 
-use crate::{Image, Mask};
+mod canvas;
+mod forward;
+mod grid;
+mod holes;
+mod raster;
+mod render;
+mod sample;
+
+pub(crate) use canvas::check_budget;
+
+use crate::geometry::Model;
+use crate::image::check_size;
+use crate::observer::{Observer, report};
+use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage};
 
 /// How the target is rendered into the reference's view (paper, table 2, rows 3, 4, 5 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -16,6 +29,58 @@ pub enum WarpMode {
     Optimal,
 }
 
+/// What is done where a depth map has no value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Holes {
+    /// The nearest known value is taken; void recovery removes what it gets wrong.
+    #[default]
+    Nearest,
+    /// Cells of the target at a hole are not drawn, reference pixels at a hole are void.
+    Drop,
+}
+
+/// Options of [`warp`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct WarpOptions {
+    /// Which of the paper's modules take part.
+    pub mode: WarpMode,
+    /// Columns and rows of cells over the target (the paper's C₁×C₂); 0 for one vertex per pixel.
+    pub grid: (u32, u32),
+    /// What is done at holes of the depth maps.
+    pub holes: Holes,
+    /// β as a share of the target's diagonal.
+    pub void_distance: f64,
+    /// A cell outside the reference is void when a side is this many times longer than the average cell's.
+    pub stretch_limit: f64,
+    /// How far the canvas may reach beyond each side of the reference, in reference sizes.
+    pub canvas_limit: f64,
+    /// Most bytes the canvas and all that goes with it may take.
+    pub max_bytes: u64,
+}
+
+impl Default for WarpOptions {
+    fn default() -> Self {
+        Self {
+            mode: WarpMode::Optimal,
+            grid: (0, 0),
+            holes: Holes::Nearest,
+            void_distance: 0.01,
+            stretch_limit: 2.0,
+            canvas_limit: 2.0,
+            max_bytes: 1 << 31,
+        }
+    }
+}
+
+/// A photo and, unless the model has no parallax, its inverse depth.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The photo.
+    pub image: ImageView<'a>,
+    /// Inverse depth of the same size; may be missing when the model's e is zero.
+    pub depth: Option<&'a InverseDepth>,
+}
+
 /// The target as the reference's camera would see it, on a canvas that holds both photos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warped {
@@ -27,4 +92,95 @@ pub struct Warped {
     pub offset: (usize, usize),
     /// Whether part of the target lay beyond the canvas limit.
     pub clipped: bool,
+}
+
+/// Renders the target in the reference's view (paper, algorithm 2). `forward` maps target to reference, `reverse`
+/// back; both take inverse depth as the maps have it.
+///
+/// # Errors
+/// `invalid-argument` for options out of range or a model that needs a depth map it did not get, `size-mismatch`,
+/// `too-large` when the canvas would exceed `max_bytes`, `no-overlap` when no part of the target lands on the
+/// canvas, `out-of-memory`, `aborted`.
+pub fn warp(
+    target: View<'_>,
+    reference: View<'_>,
+    forward: &Model,
+    reverse: &Model,
+    options: &WarpOptions,
+    observer: &mut dyn Observer,
+) -> Result<Warped> {
+    check(&target, &reference, forward, reverse, options)?;
+    report(observer, Stage::Warp, 0.0)?;
+    let target_depth = holes::resolve(target.depth, options.holes)?;
+    let grid = grid::VertexGrid::map(
+        (target.image.width(), target.image.height()),
+        target_depth.as_deref(),
+        forward,
+        options.grid,
+        &canvas::Limits::new(&reference.image, options.canvas_limit),
+    )?;
+    let canvas = canvas::Canvas::around(&grid, &reference.image, options.max_bytes)?;
+    report(observer, Stage::Warp, 0.2)?;
+    let mut image = Image::transparent(canvas.width, canvas.height)?;
+    let mut footprint = Mask::empty(canvas.width, canvas.height)?;
+    if options.mode == WarpMode::Forward {
+        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint);
+    } else {
+        let reference_depth = holes::resolve(reference.depth, options.holes)?;
+        let scene = render::Scene {
+            target: target.image,
+            target_depth: target_depth.as_deref(),
+            reference: reference.image,
+            reference_depth: reference_depth.as_deref(),
+            reverse,
+            options,
+        };
+        render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?;
+    }
+    report(observer, Stage::Warp, 1.0)?;
+    Ok(Warped { image, footprint, offset: canvas.offset, clipped: grid.clipped })
+}
+
+fn check(
+    target: &View<'_>,
+    reference: &View<'_>,
+    forward: &Model,
+    reverse: &Model,
+    options: &WarpOptions,
+) -> Result<()> {
+    let positive = |name, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(Error::InvalidArgument { name, expected: "a finite number above 0", value })
+        }
+    };
+    positive("voidDistance", options.void_distance)?;
+    positive("stretchLimit", options.stretch_limit)?;
+    if !(0.0..=100.0).contains(&options.canvas_limit) {
+        return Err(Error::InvalidArgument {
+            name: "canvasLimit",
+            expected: "from 0 to 100",
+            value: options.canvas_limit,
+        });
+    }
+    for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
+        if !model.is_finite() {
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN });
+        }
+        match view.depth {
+            Some(depth) => {
+                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
+            }
+            None if model.has_parallax() => {
+                return Err(Error::InvalidArgument {
+                    name,
+                    expected: "given, as the model has parallax",
+                    value: f64::NAN,
+                });
+            }
+            None => {}
+        }
+    }
+    Ok(())
 }

@@ -1,1 +1,14 @@
 //! The only place that knows wasm-bindgen: checks and converts, computes nothing.
+
+mod convert;
+
+#[cfg(feature = "core")]
+mod inputs;
+#[cfg(feature = "core")]
+mod observer;
+#[cfg(feature = "core")]
+mod options;
+#[cfg(feature = "core")]
+mod results;
+#[cfg(feature = "core")]
+mod stages;

@@ -50,6 +50,8 @@ export interface Options {
   gridColumns: number;
   /** Rows of grid cells over the target; 0 for one vertex per pixel. */
   gridRows: number;
+  /** Where a depth map has no value: take the nearest known one, or draw nothing there. */
+  holes: "nearest" | "drop";
   /** β: where forward and reverse model disagree by more than this share of the target's diagonal is a void. */
   voidDistance: number;
   /** Outside the reference, a cell longer than this many times the average cell is a void. */
@@ -64,10 +66,43 @@ export interface Options {
   maxBytes: number;
 }
 
+export interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
+/** Depth maps of the two photos: both, or neither. */
+export interface Depths {
+  readonly targetDepth?: DepthInput | undefined;
+  readonly referenceDepth?: DepthInput | undefined;
+}
+
+/** What `stitch` takes besides the photos. */
+export interface StitchInputs extends Depths {
+  /** xt, yt, xr, yr of every match, in pixels. */
+  readonly matches?: Float32Array | undefined;
+}
+
+/** What `estimate` takes. */
+export interface EstimateInputs extends Depths {
+  readonly targetSize: Size;
+  readonly referenceSize: Size;
+  /** xt, yt, xr, yr of every match, in pixels. */
+  readonly matches: Float32Array;
+}
+
 /** x' ~ h·(x, y, 1) + e·d(x): `h` is 3×3 row by row, `e` the epipole scaled with inverse depth. */
 export interface Model {
   h: Float64Array;
   e: Float64Array;
+}
+
+/** The maps both ways. */
+export interface Models {
+  /** Target to reference. */
+  forward: Model;
+  /** Reference to target. */
+  reverse: Model;
 }
 
 /** Something a person should know about a result that is not an error. */
@@ -79,11 +114,7 @@ export interface Remark {
 }
 
 /** Both models and how they were found. */
-export interface Geometry {
-  /** Target to reference. */
-  forward: Model;
-  /** Reference to target. */
-  reverse: Model;
+export interface Geometry extends Models {
   /** One flag (0 or 1) per match passed, in the same order. */
   inliers: Uint8Array<ArrayBuffer>;
   report: FitReport;

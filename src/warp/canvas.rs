@@ -1,0 +1,62 @@
+//! The canvas that holds both photos, and how large it may get.
+
+use super::grid::VertexGrid;
+use crate::{Error, ImageView, Result};
+
+/// Bytes per canvas pixel over the whole way: warped target, selection key, footprint, mosaic, void mask.
+const BYTES_PER_PIXEL: u64 = 4 + 4 + 1 + 4 + 1;
+
+/// The farthest that vertices may land, in reference pixels. Without it one vertex near the horizon makes the canvas
+/// explode.
+pub(super) struct Limits {
+    min: [f64; 2],
+    max: [f64; 2],
+}
+
+impl Limits {
+    pub fn new(reference: &ImageView<'_>, canvas_limit: f64) -> Self {
+        let (w, h) = (reference.width() as f64, reference.height() as f64);
+        Self { min: [-canvas_limit * w, -canvas_limit * h], max: [(1.0 + canvas_limit) * w, (1.0 + canvas_limit) * h] }
+    }
+
+    #[inline]
+    pub fn contains(&self, x: f64, y: f64) -> bool {
+        x >= self.min[0] && x <= self.max[0] && y >= self.min[1] && y <= self.max[1]
+    }
+}
+
+/// Size of the canvas and where the reference lies on it.
+pub(super) struct Canvas {
+    pub width: usize,
+    pub height: usize,
+    /// Canvas position of the reference's top left pixel.
+    pub offset: (usize, usize),
+    pub reference: (usize, usize),
+}
+
+impl Canvas {
+    /// The smallest canvas around the reference and all valid vertices.
+    pub fn around(grid: &VertexGrid, reference: &ImageView<'_>, max_bytes: u64) -> Result<Self> {
+        grid.require_visible()?;
+        let [x0, y0, x1, y1] = grid.bounds;
+        let (w, h) = (reference.width(), reference.height());
+        let offset = ((-x0.floor()).max(0.0) as usize, (-y0.floor()).max(0.0) as usize);
+        let width = x1.ceil().max(w as f64 - 1.0) as usize + offset.0 + 1;
+        let height = y1.ceil().max(h as f64 - 1.0) as usize + offset.1 + 1;
+        check_budget(width as u64, height as u64, BYTES_PER_PIXEL, 0, max_bytes)?;
+        Ok(Self { width, height, offset, reference: (w, h) })
+    }
+
+    /// Index of canvas pixel (x, y) within the reference, if it lies there.
+    #[inline]
+    pub fn reference_index(&self, x: usize, y: usize) -> Option<usize> {
+        let (x, y) = (x.wrapping_sub(self.offset.0), y.wrapping_sub(self.offset.1));
+        (x < self.reference.0 && y < self.reference.1).then(|| y * self.reference.0 + x)
+    }
+}
+
+/// Refuses `width`×`height` pixels of `bytes_per_pixel`, on top of `already` bytes, when they would exceed `limit`.
+pub(crate) fn check_budget(width: u64, height: u64, bytes_per_pixel: u64, already: u64, limit: u64) -> Result<()> {
+    let bytes = width.saturating_mul(height).saturating_mul(bytes_per_pixel).saturating_add(already);
+    if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }) } else { Ok(()) }
+}

@@ -1,0 +1,32 @@
+//! Direct forward mapping, the simplest of the ablation's warps (paper, table 2, row 3).
+
+use super::canvas::Canvas;
+use crate::geometry::Model;
+use crate::{Image, ImageView, InverseDepth, Mask};
+
+/// Puts every target pixel on the nearest canvas pixel; a later one replaces an earlier one.
+pub(super) fn splat(
+    target: &ImageView<'_>,
+    depth: Option<&InverseDepth>,
+    model: &Model,
+    canvas: &Canvas,
+    out: &mut Image,
+    footprint: &mut Mask,
+) {
+    let (w, h) = (target.width(), target.height());
+    for y in 0..h {
+        for x in 0..w {
+            let d = depth.map_or(0.0, |d| f64::from(d.data()[y * w + x]));
+            let Some([u, v]) = model.project(x as f64, y as f64, d) else { continue };
+            let u = (u + 0.5).floor() + canvas.offset.0 as f64;
+            let v = (v + 0.5).floor() + canvas.offset.1 as f64;
+            if !(u >= 0.0 && v >= 0.0 && u < canvas.width as f64 && v < canvas.height as f64) {
+                continue;
+            }
+            let i = v as usize * canvas.width + u as usize;
+            let [r, g, b, _] = target.pixel(x, y);
+            out.data[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
+            footprint.data[i] = 255;
+        }
+    }
+}

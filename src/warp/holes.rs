@@ -1,0 +1,63 @@
+//! What stands in for a depth map's holes.
+
+use std::borrow::Cow;
+
+use super::Holes;
+use crate::image::zeroed;
+use crate::{InverseDepth, Result};
+
+const UNKNOWN: u32 = u32::MAX;
+
+/// The depth map to warp with: as it is, or with its holes filled from the nearest known pixel.
+pub(super) fn resolve(depth: Option<&InverseDepth>, holes: Holes) -> Result<Option<Cow<'_, InverseDepth>>> {
+    let Some(depth) = depth else { return Ok(None) };
+    let wanted = holes == Holes::Nearest && depth.data().iter().any(|v| v.is_nan());
+    Ok(Some(if wanted { Cow::Owned(fill_nearest(depth)?) } else { Cow::Borrowed(depth) }))
+}
+
+/// Fills every hole with the value of the nearest known pixel, found by propagating nearest sources in two sweeps
+/// (Danielsson 1980). A map without any value stays as it is.
+fn fill_nearest(depth: &InverseDepth) -> Result<InverseDepth> {
+    let (w, h) = (depth.width(), depth.height());
+    let mut source: Vec<u32> = zeroed(w * h)?;
+    for (at, (source, value)) in source.iter_mut().zip(depth.data()).enumerate() {
+        *source = if value.is_nan() { UNKNOWN } else { at as u32 };
+    }
+    let distance2 = |source: u32, at: usize| {
+        let (x, y) = ((source as usize % w) as i64, (source as usize / w) as i64);
+        let (dx, dy) = (x - (at % w) as i64, y - (at / w) as i64);
+        dx * dx + dy * dy
+    };
+    let mut relax = |at: usize, neighbour: usize| {
+        let candidate = source[neighbour];
+        if candidate != UNKNOWN && (source[at] == UNKNOWN || distance2(candidate, at) < distance2(source[at], at)) {
+            source[at] = candidate;
+        }
+    };
+    let mut sweep = |rows: &mut dyn Iterator<Item = usize>, before: fn(usize, usize, usize) -> Option<usize>| {
+        for y in rows {
+            let row = y * w;
+            if let Some(other) = before(y, w, h) {
+                for x in 0..w {
+                    relax(row + x, other + x);
+                    if x > 0 {
+                        relax(row + x, other + x - 1);
+                    }
+                    if x + 1 < w {
+                        relax(row + x, other + x + 1);
+                    }
+                }
+            }
+            for x in 1..w {
+                relax(row + x, row + x - 1);
+            }
+            for x in (1..w).rev() {
+                relax(row + x - 1, row + x);
+            }
+        }
+    };
+    sweep(&mut (0..h), |y, w, _| y.checked_sub(1).map(|y| y * w));
+    sweep(&mut (0..h).rev(), |y, w, h| (y + 1 < h).then_some((y + 1) * w));
+    let values = depth.data();
+    depth.map_indexed(|at, v| if source[at] == UNKNOWN { v } else { values[source[at] as usize] })
+}

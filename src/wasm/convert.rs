@@ -1,0 +1,111 @@
+//! JavaScript values to the core's and back, checked before anything is copied.
+
+use js_sys::{Object, Reflect, Uint8Array, Uint8ClampedArray};
+use wasm_bindgen::{JsCast, JsValue};
+
+use crate::image::{check_len, zeroed};
+use crate::{Error, Result};
+
+/// The JavaScript `Error` for `error`: `message`, and as its own properties `code`, `stage` and `details`.
+pub(crate) fn to_js_error(error: &Error, stage: &str) -> JsValue {
+    let details = Object::new();
+    for (name, value) in error.details() {
+        set(&details, name, &JsValue::from_f64(value));
+    }
+    let js = js_sys::Error::new(&error.to_string());
+    set(&js, "code", &JsValue::from_str(error.code()));
+    set(&js, "stage", &JsValue::from_str(stage));
+    set(&js, "details", &details);
+    js.into()
+}
+
+/// `object[name]`; undefined where there is no such property, or where `object` is no object.
+pub(crate) fn get(object: &JsValue, name: &str) -> JsValue {
+    Reflect::get(object, &JsValue::from_str(name)).unwrap_or(JsValue::UNDEFINED)
+}
+
+/// `object[name] = value`, on an object made here.
+pub(crate) fn set(object: &JsValue, name: &str, value: &JsValue) {
+    // Only a frozen object or a throwing setter can fail, and ours have neither.
+    let _ = Reflect::set(object, &JsValue::from_str(name), value);
+}
+
+/// Width and height of `{ width, height }`.
+///
+/// # Errors
+/// `invalid-argument` unless both are whole numbers from 1 to 2³²−1.
+pub(crate) fn size_from_js(name: &'static str, value: &JsValue) -> Result<(usize, usize)> {
+    let side = |key: &str, expected: &'static str| {
+        let number = get(value, key).as_f64().unwrap_or(f64::NAN);
+        if number >= 1.0 && number <= f64::from(u32::MAX) && number.trunc() == number {
+            Ok(number as usize)
+        } else {
+            Err(Error::InvalidArgument { name, expected, value: number })
+        }
+    };
+    Ok((
+        side("width", "an object whose width is a whole number of at least 1")?,
+        side("height", "an object whose height is a whole number of at least 1")?,
+    ))
+}
+
+/// RGBA bytes, width and height of an `ImageInput`.
+///
+/// # Errors
+/// `invalid-argument`, `size-mismatch`, `out-of-memory`.
+pub(crate) fn image_from_js(name: &'static str, value: &JsValue) -> Result<(Vec<u8>, usize, usize)> {
+    planes_from_js(name, value, 4)
+}
+
+/// Bytes, width and height of a `Mask` or another picture of one byte per pixel.
+///
+/// # Errors
+/// `invalid-argument`, `size-mismatch`, `out-of-memory`.
+pub(crate) fn mask_from_js(name: &'static str, value: &JsValue) -> Result<(Vec<u8>, usize, usize)> {
+    planes_from_js(name, value, 1)
+}
+
+fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<(Vec<u8>, usize, usize)> {
+    let (width, height) = size_from_js(name, value)?;
+    let expected = "an object whose data is a Uint8Array or Uint8ClampedArray";
+    let view = byte_view(&get(value, "data")).ok_or(Error::InvalidArgument { name, expected, value: f64::NAN })?;
+    check_len(name, view.length() as usize, width, height, channels)?;
+    Ok((copy(&view)?, width, height))
+}
+
+/// The bytes of a `Uint8Array` or `Uint8ClampedArray`.
+///
+/// # Errors
+/// `invalid-argument` for anything else, `out-of-memory`.
+pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u8>> {
+    let expected = "a Uint8Array";
+    copy(&byte_view(value).ok_or(Error::InvalidArgument { name, expected, value: f64::NAN })?)
+}
+
+/// `{ data: Uint8ClampedArray, width, height }`, owned by JavaScript.
+pub(crate) fn image_to_js(data: &[u8], width: usize, height: usize) -> JsValue {
+    sized(&Uint8ClampedArray::from(data), width, height)
+}
+
+/// `{ data, width, height }`.
+pub(crate) fn sized(data: &JsValue, width: usize, height: usize) -> JsValue {
+    let object = Object::new();
+    set(&object, "data", data);
+    set(&object, "width", &JsValue::from_f64(width as f64));
+    set(&object, "height", &JsValue::from_f64(height as f64));
+    object.into()
+}
+
+fn byte_view(value: &JsValue) -> Option<Uint8Array> {
+    if let Some(bytes) = value.dyn_ref::<Uint8Array>() {
+        return Some(bytes.clone());
+    }
+    let clamped = value.dyn_ref::<Uint8ClampedArray>()?;
+    Some(Uint8Array::new_with_byte_offset_and_length(&clamped.buffer(), clamped.byte_offset(), clamped.length()))
+}
+
+fn copy(view: &Uint8Array) -> Result<Vec<u8>> {
+    let mut bytes = zeroed(view.length() as usize)?;
+    view.copy_to(&mut bytes);
+    Ok(bytes)
+}

@@ -1,0 +1,45 @@
+//! Progress and time through JavaScript.
+
+use js_sys::Function;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::Performance;
+
+use super::convert::{get, to_js_error};
+use crate::observer::Observer;
+use crate::{Error, Stage};
+
+/// Calls `onProgress(stage, fraction)`. Where the callback returns `false` or throws, the call is stopped.
+pub(super) struct JsObserver {
+    callback: Option<Function>,
+    clock: Option<Performance>,
+    stage: Stage,
+}
+
+impl JsObserver {
+    /// `callback` is a function, or anything else for none.
+    pub fn new(callback: &JsValue) -> Self {
+        Self {
+            callback: callback.dyn_ref::<Function>().cloned(),
+            clock: get(&js_sys::global(), "performance").dyn_into().ok(),
+            stage: Stage::Input,
+        }
+    }
+
+    /// The JavaScript error for `error`, which names the stage reached.
+    pub fn error(&self, error: &Error) -> JsValue {
+        to_js_error(error, self.stage.name())
+    }
+}
+
+impl Observer for JsObserver {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        self.stage = stage;
+        let Some(callback) = &self.callback else { return true };
+        let reply = callback.call2(&JsValue::NULL, &stage.name().into(), &f64::from(fraction).into());
+        reply.is_ok_and(|reply| reply.as_bool() != Some(false))
+    }
+
+    fn now(&mut self) -> f64 {
+        self.clock.as_ref().map_or(0.0, Performance::now)
+    }
+}

@@ -1,0 +1,210 @@
+//! The flat options object of JavaScript. One table serves reading and writing, so names and defaults cannot drift.
+
+use js_sys::Object;
+use wasm_bindgen::{JsCast, JsValue};
+
+use super::convert::{get, set};
+use crate::geometry::{RobustFit, Threshold};
+use crate::pipeline::Options;
+use crate::warp::{Holes, WarpMode};
+use crate::{Error, Result};
+
+/// Options from a JavaScript object; what is absent or undefined keeps its default.
+///
+/// # Errors
+/// `invalid-argument` for an unknown name or a value out of range.
+pub(super) fn from_js(object: &JsValue) -> Result<Options> {
+    let mut options = Options::default();
+    if object.is_undefined() || object.is_null() {
+        return Ok(options);
+    }
+    let mut reader = Reader { object, known: Vec::new() };
+    visit(&mut options, &mut reader)?;
+    let keys = Object::keys(object.unchecked_ref::<Object>());
+    for key in keys.iter().filter_map(|key| key.as_string()) {
+        if !reader.known.contains(&key.as_str()) {
+            return Err(Error::UnknownOption { name: key });
+        }
+    }
+    Ok(options)
+}
+
+/// Options as a JavaScript object.
+pub(super) fn to_js(mut options: Options) -> JsValue {
+    let mut writer = Writer { object: Object::new() };
+    // A writer checks nothing, so nothing can fail.
+    let _ = visit(&mut options, &mut writer);
+    writer.object.into()
+}
+
+/// The table: every option's name, place and range.
+fn visit(options: &mut Options, v: &mut impl Visitor) -> Result<()> {
+    let estimate = &mut options.estimate;
+    v.choice(
+        "robustFit",
+        "'depth', 'homography' or 'multi-homography'",
+        &mut estimate.robust_fit,
+        &[
+            ("depth", RobustFit::Depth),
+            ("homography", RobustFit::Homography),
+            ("multi-homography", RobustFit::MultiHomography),
+        ],
+    )?;
+    v.threshold("threshold", &mut estimate.threshold)?;
+    v.number("confidence", "between 0 and 1", &mut estimate.confidence, |c| c > 0.0 && c < 1.0)?;
+    v.whole("maxTrials", "a whole number from 1 to 1000000", &mut estimate.max_trials, 1, 1_000_000)?;
+    v.whole("seed", "a whole number from 0 to 4294967295", &mut estimate.seed, 0, u32::MAX)?;
+
+    let warp = &mut options.warp;
+    v.choice(
+        "warpMode",
+        "'forward', 'backward', 'backward+void' or 'optimal'",
+        &mut warp.mode,
+        &[
+            ("forward", WarpMode::Forward),
+            ("backward", WarpMode::Backward),
+            ("backward+void", WarpMode::BackwardVoid),
+            ("optimal", WarpMode::Optimal),
+        ],
+    )?;
+    v.whole("gridColumns", "a whole number from 0 to 65535", &mut warp.grid.0, 0, 65535)?;
+    v.whole("gridRows", "a whole number from 0 to 65535", &mut warp.grid.1, 0, 65535)?;
+    v.choice("holes", "'nearest' or 'drop'", &mut warp.holes, &[("nearest", Holes::Nearest), ("drop", Holes::Drop)])?;
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    v.number("voidDistance", "a number above 0", &mut warp.void_distance, positive)?;
+    v.number("stretchLimit", "a number above 0", &mut warp.stretch_limit, positive)?;
+    v.number("canvasLimit", "a number from 0 to 100", &mut warp.canvas_limit, |x| (0.0..=100.0).contains(&x))?;
+
+    let mut filled = options.fill.is_some();
+    let mut fill = options.fill.take().unwrap_or_default();
+    v.choice("fill", "'smooth' or 'none'", &mut filled, &[("smooth", true), ("none", false)])?;
+    v.whole("fillRadius", "a whole number from 1 to 64", &mut fill.radius, 1, 64)?;
+    options.fill = filled.then_some(fill);
+
+    let mut bytes = warp.max_bytes as f64;
+    let addressable = |x: f64| (1.0..=4_294_967_296.0).contains(&x);
+    v.number("maxBytes", "a number from 1 to 4294967296, all that wasm can address", &mut bytes, addressable)?;
+    warp.max_bytes = bytes as u64;
+    Ok(())
+}
+
+trait Visitor {
+    fn number(
+        &mut self,
+        name: &'static str,
+        expected: &'static str,
+        value: &mut f64,
+        ok: fn(f64) -> bool,
+    ) -> Result<()>;
+    fn choice<T: Copy + PartialEq>(
+        &mut self,
+        name: &'static str,
+        expected: &'static str,
+        value: &mut T,
+        table: &[(&'static str, T)],
+    ) -> Result<()>;
+    fn threshold(&mut self, name: &'static str, value: &mut Threshold) -> Result<()>;
+
+    fn whole(&mut self, name: &'static str, expected: &'static str, value: &mut u32, min: u32, max: u32) -> Result<()> {
+        let mut number = f64::from(*value);
+        self.number(name, expected, &mut number, |x| x.floor() == x)?;
+        if number < f64::from(min) || number > f64::from(max) {
+            return Err(Error::InvalidArgument { name, expected, value: number });
+        }
+        *value = number as u32;
+        Ok(())
+    }
+}
+
+struct Reader<'a> {
+    object: &'a JsValue,
+    known: Vec<&'static str>,
+}
+
+impl Reader<'_> {
+    /// The value given, `None` where there is none.
+    fn given(&mut self, name: &'static str) -> Option<JsValue> {
+        self.known.push(name);
+        Some(get(self.object, name)).filter(|value| !value.is_undefined())
+    }
+}
+
+impl Visitor for Reader<'_> {
+    fn number(
+        &mut self,
+        name: &'static str,
+        expected: &'static str,
+        value: &mut f64,
+        ok: fn(f64) -> bool,
+    ) -> Result<()> {
+        let Some(given) = self.given(name) else { return Ok(()) };
+        let number = given.as_f64().unwrap_or(f64::NAN);
+        if !ok(number) {
+            return Err(Error::InvalidArgument { name, expected, value: number });
+        }
+        *value = number;
+        Ok(())
+    }
+
+    fn choice<T: Copy + PartialEq>(
+        &mut self,
+        name: &'static str,
+        expected: &'static str,
+        value: &mut T,
+        table: &[(&'static str, T)],
+    ) -> Result<()> {
+        let Some(given) = self.given(name) else { return Ok(()) };
+        let text = given.as_string();
+        let Some((_, choice)) = table.iter().find(|(name, _)| text.as_deref() == Some(name)) else {
+            return Err(Error::InvalidArgument { name, expected, value: given.as_f64().unwrap_or(f64::NAN) });
+        };
+        *value = *choice;
+        Ok(())
+    }
+
+    fn threshold(&mut self, name: &'static str, value: &mut Threshold) -> Result<()> {
+        let Some(given) = self.given(name) else { return Ok(()) };
+        *value = match (given.as_f64(), given.as_string().as_deref()) {
+            (Some(pixels), _) if pixels.is_finite() && pixels > 0.0 => Threshold::Pixels(pixels),
+            (_, Some("paper")) => Threshold::PAPER,
+            (number, _) => {
+                let expected = "a number of pixels above 0, or 'paper'";
+                return Err(Error::InvalidArgument { name, expected, value: number.unwrap_or(f64::NAN) });
+            }
+        };
+        Ok(())
+    }
+}
+
+struct Writer {
+    object: Object,
+}
+
+impl Visitor for Writer {
+    fn number(&mut self, name: &'static str, _: &'static str, value: &mut f64, _: fn(f64) -> bool) -> Result<()> {
+        set(&self.object, name, &JsValue::from_f64(*value));
+        Ok(())
+    }
+
+    fn choice<T: Copy + PartialEq>(
+        &mut self,
+        name: &'static str,
+        _: &'static str,
+        value: &mut T,
+        table: &[(&'static str, T)],
+    ) -> Result<()> {
+        if let Some((text, _)) = table.iter().find(|(_, choice)| choice == value) {
+            set(&self.object, name, &JsValue::from_str(text));
+        }
+        Ok(())
+    }
+
+    fn threshold(&mut self, name: &'static str, value: &mut Threshold) -> Result<()> {
+        let js = match *value {
+            Threshold::Pixels(pixels) => JsValue::from_f64(pixels),
+            Threshold::Normalised(_) => JsValue::from_str("paper"),
+        };
+        set(&self.object, name, &js);
+        Ok(())
+    }
+}

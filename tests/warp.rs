@@ -1,0 +1,249 @@
+//! The warp through its public function: exact geometry in, known pixels out.
+
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+use depthstitch::geometry::Model;
+use depthstitch::image::DepthKind;
+use depthstitch::warp::{Holes, View, WarpMode, WarpOptions, Warped, warp};
+use depthstitch::{Error, Image, InverseDepth};
+use nalgebra::{Matrix3, Vector3};
+
+/// Every pixel has a colour of its own.
+fn picture(width: usize, height: usize) -> Image {
+    let mut image = Image::transparent(width, height).unwrap();
+    for (i, pixel) in image.data.chunks_exact_mut(4).enumerate() {
+        let (x, y) = (i % width, i / width);
+        pixel.copy_from_slice(&[(7 * x % 256) as u8, (5 * y % 256) as u8, ((x * 3 + y * 11) % 256) as u8, 255]);
+    }
+    image
+}
+
+fn shift(x: f64, y: f64) -> Model {
+    Model::homography(Matrix3::new(1.0, 0.0, x, 0.0, 1.0, y, 0.0, 0.0, 1.0))
+}
+
+fn flat(image: &Image) -> View<'_> {
+    View { image: image.view(), depth: None }
+}
+
+fn run(target: &Image, reference: &Image, forward: &Model, reverse: &Model, options: &WarpOptions) -> Warped {
+    warp(flat(target), flat(reference), forward, reverse, options, &mut ()).unwrap()
+}
+
+const ALL_MODES: [WarpMode; 4] = [WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal];
+
+#[test]
+fn the_identity_draws_every_pixel_once_and_unchanged() {
+    let image = picture(37, 23);
+    for mode in ALL_MODES {
+        let options = WarpOptions { mode, ..Default::default() };
+        let warped = run(&image, &image, &shift(0.0, 0.0), &shift(0.0, 0.0), &options);
+        assert_eq!(warped.offset, (0, 0));
+        assert_eq!(warped.image, image, "{mode:?}");
+        assert_eq!(warped.footprint.count(), 37 * 23);
+        assert!(!warped.clipped);
+    }
+}
+
+#[test]
+fn a_coarse_grid_gives_the_same_identity() {
+    let image = picture(40, 30);
+    for grid in [(1, 1), (7, 5), (13, 1), (1000, 1000)] {
+        let options = WarpOptions { grid, ..Default::default() };
+        let warped = run(&image, &image, &shift(0.0, 0.0), &shift(0.0, 0.0), &options);
+        let worst = warped.image.data.iter().zip(&image.data).map(|(a, b)| a.abs_diff(*b)).max();
+        assert_eq!(worst, Some(0), "{grid:?}");
+    }
+}
+
+#[test]
+fn a_whole_shift_moves_pixels_and_extends_the_canvas() {
+    let image = picture(30, 20);
+    let warped = run(&image, &image, &shift(-8.0, 5.0), &shift(8.0, -5.0), &WarpOptions::default());
+    assert_eq!(warped.offset, (8, 0));
+    assert_eq!((warped.image.width, warped.image.height), (38, 25));
+    for y in 0..25 {
+        for x in 0..38 {
+            let got = warped.image.view().pixel(x, y);
+            if x < 30 && y >= 5 {
+                assert_eq!(got, image.view().pixel(x, y - 5));
+            } else {
+                assert_eq!(got, [0; 4], "({x}, {y})");
+            }
+        }
+    }
+}
+
+#[test]
+fn half_a_pixel_averages_neighbours() {
+    let mut image = Image::transparent(4, 2).unwrap();
+    image.data.chunks_exact_mut(4).enumerate().for_each(|(i, p)| p.copy_from_slice(&[(i % 4 * 60) as u8, 0, 0, 255]));
+    let warped = run(&image, &image, &shift(0.5, 0.0), &shift(-0.5, 0.0), &WarpOptions::default());
+    let row: Vec<u8> = (0..4).map(|x| warped.image.view().pixel(x, 0)[0]).collect();
+    assert_eq!(row, [0, 30, 90, 150]);
+    assert_eq!(warped.image.view().pixel(0, 0)[3], 0, "half a pixel of the border is unknown");
+}
+
+#[test]
+fn a_mirrored_target_is_the_back_of_a_fold_and_not_drawn() {
+    let image = picture(20, 20);
+    let mirror = Model::homography(Matrix3::new(-1.0, 0.0, 19.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0));
+    for mode in [WarpMode::Backward, WarpMode::Optimal] {
+        let warped = run(&image, &image, &mirror, &mirror, &WarpOptions { mode, ..Default::default() });
+        assert_eq!(warped.footprint.count(), 0);
+    }
+}
+
+#[test]
+fn rotated_cells_meet_without_gap() {
+    // 30° about the centre: every canvas pixel well inside the rotated square must be drawn.
+    let image = picture(64, 64);
+    let (s, c) = (0.5, 0.75_f64.sqrt());
+    let rotate = |s: f64| {
+        let m = 31.5;
+        Model::homography(Matrix3::new(c, -s, m - c * m + s * m, s, c, m - s * m - c * m, 0.0, 0.0, 1.0))
+    };
+    let (forward, reverse) = (rotate(s), rotate(-s));
+    let warped = run(&image, &image, &forward, &reverse, &WarpOptions::default());
+    let (ox, oy) = warped.offset;
+    for y in 0..warped.image.height {
+        for x in 0..warped.image.width {
+            let [sx, sy] = reverse.project(x as f64 - ox as f64, y as f64 - oy as f64, 0.0).unwrap();
+            let inside = |v: f64, margin: f64| v > margin && v < 63.0 - margin;
+            let drawn = warped.footprint.data[y * warped.image.width + x] != 0;
+            if inside(sx, 0.01) && inside(sy, 0.01) {
+                assert!(drawn, "({x}, {y})");
+            } else if !(inside(sx, -0.01) && inside(sy, -0.01)) {
+                assert!(!drawn, "({x}, {y})");
+            }
+        }
+    }
+}
+
+/// A near square (columns 10 to 19, rows 10 to 19) in front of a far background, seen from 6 px of parallax to the side.
+struct Parallax {
+    target: Image,
+    reference: Image,
+    target_depth: InverseDepth,
+    reference_depth: InverseDepth,
+    forward: Model,
+    reverse: Model,
+}
+
+fn parallax() -> Parallax {
+    let (w, h) = (40, 30);
+    let scene = |left: usize| {
+        let mut image = picture(w, h);
+        let mut depth = vec![0.0; w * h];
+        for y in 10..20 {
+            for x in left..left + 10 {
+                depth[y * w + x] = 1.0;
+                image.data[4 * (y * w + x)..][..4].copy_from_slice(&[
+                    250,
+                    (20 * (x - left)) as u8,
+                    (20 * (y - 10)) as u8,
+                    255,
+                ]);
+            }
+        }
+        (image, InverseDepth::new("depth", &depth, (w, h), DepthKind::Inverse, None, (w, h)).unwrap())
+    };
+    let (target, target_depth) = scene(10);
+    let (reference, reference_depth) = scene(16);
+    let eye = Matrix3::identity();
+    Parallax {
+        target,
+        reference,
+        target_depth,
+        reference_depth,
+        forward: Model { h: eye, e: Vector3::new(6.0, 0.0, 0.0) },
+        reverse: Model { h: eye, e: Vector3::new(-6.0, 0.0, 0.0) },
+    }
+}
+
+impl Parallax {
+    fn warp(&self, options: &WarpOptions) -> Warped {
+        let target = View { image: self.target.view(), depth: Some(&self.target_depth) };
+        let reference = View { image: self.reference.view(), depth: Some(&self.reference_depth) };
+        warp(target, reference, &self.forward, &self.reverse, options, &mut ()).unwrap()
+    }
+}
+
+#[test]
+fn void_recovery_empties_what_the_target_did_not_see_and_selection_keeps_the_near_thing() {
+    let scene = parallax();
+    let warped = scene.warp(&WarpOptions::default());
+    for y in 11..19 {
+        for x in 17..25 {
+            assert_eq!(warped.image.view().pixel(x, y), scene.reference.view().pixel(x, y), "near ({x}, {y})");
+        }
+        // Columns 10 to 15 of the background were hidden behind the square in the target.
+        for x in 11..15 {
+            assert_eq!(warped.image.view().pixel(x, y)[3], 0, "void ({x}, {y})");
+        }
+    }
+    assert_eq!(warped.image.view().pixel(5, 5), scene.reference.view().pixel(5, 5));
+}
+
+#[test]
+fn without_void_recovery_the_cells_stretch_over_the_void() {
+    let warped = parallax().warp(&WarpOptions { mode: WarpMode::Backward, ..Default::default() });
+    assert!((11..19).all(|y| (11..15).all(|x| warped.image.view().pixel(x, y)[3] == 255)));
+}
+
+#[test]
+fn forward_mapping_leaves_the_void_empty() {
+    let warped = parallax().warp(&WarpOptions { mode: WarpMode::Forward, ..Default::default() });
+    assert!((10..20).all(|y| (10..16).all(|x| warped.image.view().pixel(x, y)[3] == 0)));
+}
+
+#[test]
+fn a_hole_is_bridged_or_dropped_as_asked() {
+    let mut scene = parallax();
+    let mut raw = scene.target_depth.data().to_vec();
+    raw[3 * 40 + 5] = f32::NAN;
+    scene.target_depth = InverseDepth::new("depth", &raw, (40, 30), DepthKind::Inverse, None, (40, 30)).unwrap();
+    let nearest = scene.warp(&WarpOptions::default());
+    assert_eq!(nearest.image.view().pixel(5, 3), scene.reference.view().pixel(5, 3));
+    let dropped = scene.warp(&WarpOptions { holes: Holes::Drop, ..Default::default() });
+    assert_eq!(dropped.image.view().pixel(5, 3)[3], 0);
+}
+
+#[test]
+fn the_canvas_limit_cuts_and_says_so() {
+    let image = picture(20, 20);
+    let options = WarpOptions { canvas_limit: 0.5, ..Default::default() };
+    let warped = run(&image, &image, &shift(25.0, 0.0), &shift(-25.0, 0.0), &options);
+    assert!(warped.clipped);
+    assert!(warped.image.width <= 31);
+}
+
+#[test]
+fn refusals_name_the_number() {
+    let image = picture(20, 20);
+    let one = shift(0.0, 0.0);
+    let go = |forward: &Model, options: &WarpOptions| {
+        warp(flat(&image), flat(&image), forward, &one, options, &mut ()).map(|_| ())
+    };
+    let code = |forward: &Model, options: WarpOptions| go(forward, &options).unwrap_err().code();
+    let default = WarpOptions::default;
+    assert!(matches!(
+        go(&one, &WarpOptions { max_bytes: 1000, ..default() }),
+        Err(Error::TooLarge { width: 20, height: 20, bytes: 5600, limit: 1000 })
+    ));
+    assert_eq!(code(&shift(500.0, 0.0), default()), "no-overlap");
+    assert_eq!(code(&shift(f64::NAN, 0.0), default()), "invalid-argument");
+    assert_eq!(code(&one, WarpOptions { void_distance: 0.0, ..default() }), "invalid-argument");
+    assert_eq!(code(&one, WarpOptions { stretch_limit: f64::NAN, ..default() }), "invalid-argument");
+    assert_eq!(code(&one, WarpOptions { canvas_limit: -1.0, ..default() }), "invalid-argument");
+    let parallax = Model { h: Matrix3::identity(), e: Vector3::new(1.0, 0.0, 0.0) };
+    assert_eq!(code(&parallax, default()), "invalid-argument");
+}
+
+#[test]
+fn a_photo_of_one_pixel_draws_nothing_and_does_not_panic() {
+    let image = picture(1, 1);
+    let warped = run(&image, &image, &shift(0.0, 0.0), &shift(0.0, 0.0), &WarpOptions::default());
+    assert_eq!(warped.footprint.count(), 0);
+}
