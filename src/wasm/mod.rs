@@ -2,6 +2,9 @@
 
 mod convert;
 
+#[cfg(feature = "codecs")]
+mod codecs;
+
 #[cfg(feature = "core")]
 mod inputs;
 #[cfg(feature = "core")]

@@ -1,0 +1,125 @@
+// One worker, one call at a time, first come first served: two calls at once would need twice the memory.
+// Aborting a running call ends the worker, as nothing else can stop wasm; the next call starts a new one.
+import { spawn, type Port } from "#platform";
+import type { Call, Result } from "./calls.js";
+import { abortError, StitchError } from "./errors.js";
+import type { CallOptions } from "./types.js";
+import { loadError } from "./load.js";
+import { buffersOf } from "./own.js";
+import type { Reply } from "./worker/serve.js";
+
+/** An idle worker ends after this many milliseconds, which gives its memory back. */
+const IDLE_MS = 10_000;
+
+interface Job {
+  call: Call;
+  compile: () => Promise<WebAssembly.Module>;
+  onProgress: CallOptions["onProgress"];
+  settle: (outcome: Result | Error) => void;
+}
+
+const queue: Job[] = [];
+let active: Job | undefined;
+let port: Port | undefined;
+let idle: ReturnType<typeof setTimeout> | undefined;
+
+/** Makes the call in the worker. The buffers in `call` are transferred: they must be the host's own. */
+export function runInWorker(
+  call: Call,
+  compile: () => Promise<WebAssembly.Module>,
+  { onProgress, signal }: CallOptions,
+): Promise<Result> {
+  return new Promise((resolve, reject) => {
+    const onAbort = () => signal && finish(job, abortError(signal));
+    const job: Job = {
+      call,
+      compile,
+      onProgress,
+      settle(outcome) {
+        signal?.removeEventListener("abort", onAbort);
+        if (outcome instanceof Error) reject(outcome);
+        else resolve(outcome);
+      },
+    };
+    signal?.addEventListener("abort", onAbort);
+    queue.push(job);
+    void next();
+  });
+}
+
+/** Starts the next call unless one is running. */
+async function next(): Promise<void> {
+  if (active) return;
+  const job = (active = queue.shift());
+  if (!job) return;
+  clearTimeout(idle);
+  try {
+    const module = await job.compile();
+    if (active !== job) return;
+    port ??= start();
+    port.busy(true);
+    port.post({ module, call: job.call }, [...buffersOf(job.call.args)]);
+  } catch (cause) {
+    finish(job, cause instanceof StitchError ? cause : loadError("could not start the worker", cause));
+  }
+}
+
+/** Ends a call, running or waiting, with its result or its error. */
+function finish(job: Job, outcome: Result | Error): void {
+  if (active === job) {
+    active = undefined;
+    if (!(outcome instanceof Error) || reusable(outcome)) rest();
+    else stop();
+  } else {
+    const position = queue.indexOf(job);
+    if (position < 0) return;
+    queue.splice(position, 1);
+  }
+  job.settle(outcome);
+  void next();
+}
+
+/** Whether the worker is as good as new after this error: one of the input, not of the worker. */
+function reusable(error: Error): boolean {
+  const spoilt = ["aborted", "internal", "load-failed", "out-of-memory"];
+  return error instanceof StitchError && !spoilt.includes(error.code);
+}
+
+function start(): Port {
+  // A worker that has been replaced may still have messages under way.
+  const started: Port = spawn(
+    (reply) => port === started && receive(reply),
+    (cause) => {
+      if (port !== started) return;
+      port = undefined;
+      if (active) finish(active, loadError("the worker died", cause));
+    },
+  );
+  return started;
+}
+
+function receive(reply: Reply): void {
+  const job = active;
+  if (!job) return;
+  if ("result" in reply) finish(job, reply.result);
+  else if ("error" in reply) finish(job, new StitchError(reply.error));
+  else {
+    try {
+      job.onProgress?.(reply.progress);
+    } catch (error) {
+      finish(job, error instanceof Error ? error : new Error(String(error), { cause: error }));
+    }
+  }
+}
+
+function rest(): void {
+  port?.busy(false);
+  idle = setTimeout(stop, IDLE_MS);
+  // Node's timers keep the program alive unless told not to; a browser's are numbers.
+  if (typeof idle === "object") idle.unref();
+}
+
+function stop(): void {
+  port?.terminate();
+  port = undefined;
+}

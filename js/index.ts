@@ -1,0 +1,147 @@
+/**
+ * Stitches two photos of one scene taken from two places, using depth.
+ *
+ * Pixel centres are whole numbers, origin top left, x right, y down. `target` moves, `reference` stays. Work is done in a
+ * worker unless `worker: false`; calls wait for each other, as each needs much memory. All errors are {@link StitchError}s.
+ */
+import type { CallName, Calls, Call, Models } from "./calls.js";
+import * as check from "./check.js";
+import { core, run } from "./core.js";
+import { abortError, StitchError } from "./errors.js";
+import { runInWorker } from "./host.js";
+import { compiler, type WasmSource } from "./load.js";
+import { own } from "./own.js";
+import type {
+  CallOptions,
+  EstimateInputs,
+  EstimateOptions,
+  FillOptions,
+  Geometry,
+  ImageInput,
+  ImageOutput,
+  Mask,
+  Mosaic,
+  Options,
+  Quality,
+  StitchOptions,
+  StitchResult,
+  Warped,
+  WarpOptions,
+} from "./types.js";
+
+export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
+export type { Models } from "./calls.js";
+export type { WasmSource } from "./load.js";
+export type * from "./types.js";
+
+const compile = compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url));
+
+/**
+ * Loads the core ahead of the first call. Never needed, unless your bundler cannot find the wasm file by itself: then
+ * pass where it is (`depthstitch/depthstitch.wasm`) before anything else is called.
+ */
+export async function init(source?: WasmSource): Promise<void> {
+  await compile(source);
+}
+
+/**
+ * The whole way: estimate, warp, blend, fill, measure.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
+ * `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
+ */
+export async function stitch(
+  target: ImageInput,
+  reference: ImageInput,
+  options: StitchOptions = {},
+): Promise<StitchResult> {
+  const settings = check.settings(options);
+  const inputs = {
+    ...(options.matches && { matches: check.matches(options.matches) }),
+    ...check.depths(options),
+  };
+  const images = [check.image("target", target), check.image("reference", reference)] as const;
+  return call("stitch", [...images, inputs, settings], options);
+}
+
+/** Fits both models to the matches. Needs no pixels. */
+export async function estimate(
+  inputs: EstimateInputs,
+  options: EstimateOptions = {},
+): Promise<Geometry> {
+  return call("estimate", [check.estimateInputs(inputs), check.settings(options)], options);
+}
+
+/** Draws the target as the reference's camera would see it. */
+export async function warp(
+  target: ImageInput,
+  reference: ImageInput,
+  geometry: Models,
+  options: WarpOptions = {},
+): Promise<Warped> {
+  const settings = check.settings(options);
+  const images = [check.image("target", target), check.image("reference", reference)] as const;
+  const inputs = [check.models(geometry), check.depths(options)] as const;
+  return call("warp", [...images, ...inputs, settings], options);
+}
+
+/** Puts warped target and reference together: the average where both are valid. */
+export async function blend(
+  warped: Warped,
+  reference: ImageInput,
+  options: CallOptions = {},
+): Promise<Mosaic> {
+  return call("blend", [check.warped(warped), check.image("reference", reference)], options);
+}
+
+/** Fills the mosaic's inner voids from their borders. */
+export async function fill(
+  mosaic: ImageInput,
+  voidMask: Mask,
+  options: FillOptions = {},
+): Promise<ImageOutput> {
+  const images = [check.image("mosaic", mosaic), check.mask("voidMask", voidMask)] as const;
+  return call("fill", [...images, check.settings(options)], options);
+}
+
+/** Compares warped target and reference where they overlap. */
+export async function measure(
+  warped: Warped,
+  reference: ImageInput,
+  options: CallOptions = {},
+): Promise<Quality> {
+  return call("measure", [check.warped(warped), check.image("reference", reference)], options);
+}
+
+/** A fresh object with the default of every setting, from the core itself. */
+export async function defaultOptions(): Promise<Options> {
+  await core.start(await compile());
+  return core.call((raw) => raw.defaultOptions());
+}
+
+/** The version of the core. */
+export async function version(): Promise<string> {
+  await core.start(await compile());
+  return core.call((raw) => raw.version());
+}
+
+async function call<N extends CallName>(
+  name: N,
+  args: Calls[N]["args"],
+  options: CallOptions,
+): Promise<Calls[N]["result"]> {
+  const { worker = true, transfer = false, onProgress, signal } = check.callOptions(options);
+  if (signal?.aborted) throw abortError(signal);
+  const request = { name, args } as Call;
+  if (worker) return runInWorker(own(request, transfer), compile, options);
+
+  await core.start(await compile());
+  const stopIfAborted = () => {
+    if (signal?.aborted) throw abortError(signal);
+  };
+  stopIfAborted();
+  return run(request, (progress) => {
+    onProgress?.(progress);
+    stopIfAborted();
+  });
+}

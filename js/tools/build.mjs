@@ -1,0 +1,105 @@
+// Builds dist/: the two wasm modules, then TypeScript. Steps whose inputs have not changed are skipped.
+import { createHash } from "node:crypto";
+import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { bin, cargoEnv, isMain, npmBin, output, root, run, toolsDir } from "./shared.mjs";
+
+const dist = join(root, "dist");
+const wasmDir = join(dist, "wasm");
+
+// What every browser with WebAssembly SIMD has; rustc uses the same set.
+const wasmFeatures = [
+  "--enable-simd",
+  "--enable-bulk-memory",
+  "--enable-bulk-memory-opt",
+  "--enable-mutable-globals",
+  "--enable-nontrapping-float-to-int",
+  "--enable-sign-ext",
+  "--enable-reference-types",
+  "--enable-multivalue",
+];
+
+/** name: of the output files; cargo: which features; opt: speed for the core, size for the codecs. */
+const modules = [
+  { name: "depthstitch", cargo: [], opt: ["-O3"] },
+  { name: "codecs", cargo: ["--no-default-features", "--features", "codecs"], opt: ["-Oz"] },
+];
+
+/** The version of the wasm-bindgen crate, which its command line tool must have too. */
+function bindgenVersion() {
+  const manifest = readFileSync(join(root, "Cargo.toml"), "utf8");
+  const version = /^wasm-bindgen = "=([\d.]+)"$/m.exec(manifest)?.[1];
+  if (!version) throw new Error('Cargo.toml has no line wasm-bindgen = "=X.Y.Z"');
+  return version;
+}
+
+/** Fetches what the build needs beside npm's packages: the wasm target and wasm-bindgen's tool. */
+export function setup() {
+  const installed = output("rustup", ["target", "list", "--installed"]);
+  if (!installed.split("\n").includes("wasm32-unknown-unknown")) {
+    run("rustup", ["target", "add", "wasm32-unknown-unknown"]);
+  }
+  const version = bindgenVersion();
+  const tool = bin("wasm-bindgen");
+  if (existsSync(tool) && output(tool, ["--version"]).trim() === `wasm-bindgen ${version}`) return;
+  // Not --locked: its lock file pins crates that no longer build everywhere.
+  run("cargo", ["install", "wasm-bindgen-cli", "--version", version, "--root", toolsDir, "--force"]);
+}
+
+/** Whether `outputs` were made from exactly these inputs; if not, `make` makes them. */
+function unlessFresh(name, inputs, outputs, make) {
+  const hash = createHash("sha256");
+  for (const input of inputs) hash.update(input).update("\0");
+  const digest = hash.digest("hex");
+  const stamp = join(root, "target", "stamps", name);
+  if (outputs.every((file) => existsSync(file)) && existsSync(stamp)) {
+    if (readFileSync(stamp, "utf8") === digest) return;
+  }
+  rmSync(stamp, { force: true });
+  make();
+  mkdirSync(join(stamp, ".."), { recursive: true });
+  writeFileSync(stamp, digest);
+}
+
+function buildWasm({ name, cargo, opt }) {
+  run("cargo", ["build", "--release", "--lib", "--target", "wasm32-unknown-unknown", ...cargo], {
+    env: cargoEnv,
+  });
+  const built = join(root, "target", "wasm32-unknown-unknown", "release", "depthstitch.wasm");
+  const final = join(wasmDir, `${name}_bg.wasm`);
+  const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];
+  const inputs = [readFileSync(built), bindgenVersion(), JSON.stringify([opt, wasmFeatures, flags])];
+  unlessFresh(`${name}.sha256`, inputs, outputs, () => {
+    run(bin("wasm-bindgen"), [built, "--out-dir", wasmDir, "--out-name", name, ...flags]);
+    const raw = join(root, "target", `${name}.unoptimised.wasm`);
+    cpSync(final, raw);
+    run(process.execPath, [npmBin("binaryen", "wasm-opt"), raw, "-o", final, ...opt, ...wasmFeatures]);
+  });
+}
+
+const flags = [
+  "--target",
+  "web",
+  // The package says itself where its wasm is.
+  "--omit-default-module-path",
+  "--remove-name-section",
+  "--remove-producers-section",
+  "--ts-typed-array-buffers",
+  // Lets a call work after one before it trapped.
+  "--experimental-reset-state-function",
+];
+
+function buildTypeScript() {
+  // The public types are written next to the bindings; the package ships the same file.
+  mkdirSync(wasmDir, { recursive: true });
+  cpSync(join(root, "src", "wasm", "types.d.ts"), join(wasmDir, "types.d.ts"));
+  run(process.execPath, [npmBin("typescript", "tsc"), "-p", root]);
+}
+
+export function build() {
+  setup();
+  for (const module of modules) buildWasm(module);
+  buildTypeScript();
+}
+
+if (isMain(import.meta.url)) build();

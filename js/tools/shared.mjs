@@ -1,0 +1,76 @@
+// What the build scripts share. Only Node's own modules: these scripts run before `npm ci` has.
+import { spawnSync } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+
+export const root = resolve(dirname(fileURLToPath(import.meta.url)), "..", "..");
+export const toolsDir = join(root, "target", "tools");
+const exe = process.platform === "win32" ? ".exe" : "";
+
+/** Path of a tool that `setup` installs. */
+export const bin = (name) => join(toolsDir, "bin", name + exe);
+
+/** Path of the script behind a command of an npm package, to be run by node. */
+export function npmBin(name, command) {
+  const folder = join(root, "node_modules", name);
+  const { bin } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
+  return join(folder, typeof bin === "string" ? bin : bin[command]);
+}
+
+/** Every wasm build and test of this package has SIMD. */
+export const cargoEnv = {
+  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: "-Ctarget-feature=+simd128",
+  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bin("wasm-bindgen-test-runner"),
+};
+
+/** Runs a command in the root of the repository, its output shown, and throws if it fails. */
+export function run(command, args, { env = {}, cwd = root } = {}) {
+  console.log(`$ ${[command, ...args].join(" ").replaceAll(root, ".")}`);
+  const { status, signal, error } = spawnSync(command, args, {
+    cwd,
+    env: { ...process.env, ...env },
+    stdio: ["ignore", "inherit", "inherit"],
+  });
+  if (error) throw error;
+  if (status !== 0) throw new Error(`${command} ended with ${signal ?? `status ${status}`}`);
+}
+
+/** What a command prints. */
+export function output(command, args) {
+  const { status, stdout, error } = spawnSync(command, args, {
+    cwd: root,
+    encoding: "utf8",
+    stdio: ["ignore", "pipe", "inherit"],
+  });
+  if (error) throw error;
+  if (status !== 0) throw new Error(`${command} ended with status ${status}`);
+  return stdout;
+}
+
+/** Runs npm, which is a script of its own on Windows. */
+export function npm(args, options) {
+  if (process.env.npm_execpath) run(process.execPath, [process.env.npm_execpath, ...args], options);
+  else run("npm", args, options);
+}
+
+/** Installs the packages of package-lock.json unless they are there. */
+export function installPackages() {
+  const done = join(root, "node_modules", ".package-lock.json");
+  if (!existsSync(done) || lockOf(done) !== lockOf(join(root, "package-lock.json"))) {
+    npm(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]);
+  }
+}
+
+/** Names and versions in a lock file, those of other platforms left out. */
+function lockOf(file) {
+  const { packages } = JSON.parse(readFileSync(file, "utf8"));
+  return Object.entries(packages)
+    .filter(([path, { optional }]) => path !== "" && !optional)
+    .map(([path, { version }]) => `${path}@${version}`)
+    .sort()
+    .join("\n");
+}
+
+/** Whether a module is the script that node was started with. */
+export const isMain = (url) => url === pathToFileURL(process.argv[1] ?? "").href;

@@ -1,0 +1,74 @@
+import type { DepthInput, Options, Stage } from "./wasm/types.js";
+
+export type {
+  DepthInput,
+  FitReport,
+  Geometry,
+  ImageInput,
+  ImageOutput,
+  Mask,
+  Model,
+  Mosaic,
+  Options,
+  Quality,
+  Remark,
+  Stage,
+  StitchResult,
+  Warped,
+} from "./wasm/types.js";
+
+/** How far a call has come. */
+export interface Progress {
+  stage: Stage;
+  /** How much of the stage is done, 0 to 1. */
+  fraction: number;
+}
+
+/** How a call runs, not what it computes. */
+export interface CallOptions {
+  /** Called as the work goes on. An exception thrown here stops the work and rejects the call. */
+  onProgress?: ((progress: Progress) => void) | undefined;
+  /**
+   * Stops the work. The call rejects at once with a `StitchError` named `"AbortError"`. With `worker: false` it is
+   * looked at before the work and whenever progress is reported.
+   */
+  signal?: AbortSignal | undefined;
+  /** Whether to work in a worker thread (the default) or on the calling one. */
+  worker?: boolean | undefined;
+  /**
+   * Whether the worker may take the inputs' buffers instead of copying them (default `false`). The caller's arrays are
+   * empty afterwards. An array that covers only a part of its buffer is copied all the same.
+   */
+  transfer?: boolean | undefined;
+}
+
+/** Inverse depth or depth of the photos; without them, parallax comes out of the matches alone or not at all. */
+export interface Depths {
+  targetDepth?: DepthInput | undefined;
+  referenceDepth?: DepthInput | undefined;
+}
+
+export interface Matches {
+  /** xt, yt, xr, yr of one match after the other: pixels of the target and of the reference. */
+  matches?: Float32Array | undefined;
+}
+
+export type Settings = { [K in keyof Options]?: Options[K] | undefined };
+
+export interface StitchOptions extends Settings, Depths, Matches, CallOptions {}
+export interface EstimateOptions extends Settings, CallOptions {}
+export interface WarpOptions extends Settings, Depths, CallOptions {}
+export interface FillOptions extends Settings, CallOptions {}
+
+export interface Size {
+  width: number;
+  height: number;
+}
+
+/** What {@link estimate} works on: no pixels, only sizes. */
+export interface EstimateInputs extends Depths {
+  targetSize: Size;
+  referenceSize: Size;
+  /** xt, yt, xr, yr of one match after the other: pixels of the target and of the reference. */
+  matches: Float32Array;
+}

@@ -1,0 +1,7 @@
+// The worker thread of a Node program.
+import { parentPort } from "node:worker_threads";
+import { serve, type Request } from "./serve.js";
+
+parentPort?.on("message", (request: Request) =>
+  void serve(request, (reply, transfer) => parentPort?.postMessage(reply, transfer)),
+);
