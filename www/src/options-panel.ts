@@ -1,7 +1,7 @@
 import type { Options } from "depthstitch";
 import { byId, make } from "./dom.js";
 
-type ChoiceKey = "robustFit" | "warpMode" | "fill";
+type ChoiceKey = "robustFit" | "warpMode" | "holes" | "fill";
 type NumberKey = Exclude<keyof Options, ChoiceKey | "threshold">;
 
 interface NumberField {
@@ -39,6 +39,11 @@ const warpMode: ChoiceField = {
     forward: "Forward",
   },
 };
+const holes: ChoiceField = {
+  key: "holes",
+  label: "Where depth is unknown",
+  choices: { nearest: "Nearest known", drop: "Draw nothing" },
+};
 const fill: ChoiceField = {
   key: "fill",
   label: "Voids in the mosaic",
@@ -63,6 +68,7 @@ const groups: readonly {
     title: "Warp",
     fields: [
       warpMode,
+      holes,
       { key: "gridColumns", label: "Grid columns", hint: "0: one vertex per pixel", min: 0, step: 1 },
       { key: "gridRows", label: "Grid rows", hint: "0: one vertex per pixel", min: 0, step: 1 },
       { key: "voidDistance", label: "Void distance", hint: "% of the diagonal", min: 0, step: "any", unit: 0.01 },
