@@ -7,6 +7,8 @@
 //! Conventions: pixel centres are integers, origin top left, x right, y down; `target` moves, `reference` stays;
 //! depth is always inverse depth (larger is nearer), known only up to an affine change.
 
+#![warn(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 #[cfg(feature = "codecs")]
 pub mod codecs;
 pub mod error;

@@ -1,12 +1,22 @@
 //! Robust fit and epipolar geometry from matches and depth (paper, section 3.1).
 
+mod clean;
+mod consensus;
+mod estimate;
+mod linear;
 mod model;
+mod parallax;
+mod points;
+mod ransac;
+mod refine;
+mod sampler;
+mod statistics;
 
+pub use estimate::estimate;
 pub use model::{Match, Model};
 
-use crate::observer::Observer;
+use crate::InverseDepth;
 use crate::report::Warning;
-use crate::{InverseDepth, Result};
 
 /// Which robust fit picks the inliers (paper, table 2, rows 1, 2 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -100,21 +110,4 @@ pub struct Estimate {
     pub residual: [f64; 2],
     /// What a person should know about the fit.
     pub warnings: Vec<Warning>,
-}
-
-/// Fits H∞ and e' in both directions (paper, algorithm 1).
-///
-/// Returns the homography with e' = 0, and a warning that says so, when a frame has no depth or parallax is not
-/// observable.
-///
-/// # Errors
-/// `invalid-argument`, `too-few-matches`, `no-consensus`, `degenerate-geometry`, `aborted`.
-pub fn estimate(
-    _matches: &[Match],
-    _target: Frame<'_>,
-    _reference: Frame<'_>,
-    _options: &EstimateOptions,
-    _observer: &mut dyn Observer,
-) -> Result<Estimate> {
-    unimplemented!("geometry")
 }

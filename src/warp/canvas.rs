@@ -31,27 +31,18 @@ pub(super) struct Canvas {
     pub height: usize,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
-    pub reference: (usize, usize),
 }
 
 impl Canvas {
     /// The smallest canvas around the reference and all valid vertices.
     pub fn around(grid: &VertexGrid, reference: &ImageView<'_>, max_bytes: u64) -> Result<Self> {
-        grid.require_visible()?;
         let [x0, y0, x1, y1] = grid.bounds;
         let (w, h) = (reference.width(), reference.height());
         let offset = ((-x0.floor()).max(0.0) as usize, (-y0.floor()).max(0.0) as usize);
         let width = x1.ceil().max(w as f64 - 1.0) as usize + offset.0 + 1;
         let height = y1.ceil().max(h as f64 - 1.0) as usize + offset.1 + 1;
         check_budget(width as u64, height as u64, BYTES_PER_PIXEL, 0, max_bytes)?;
-        Ok(Self { width, height, offset, reference: (w, h) })
-    }
-
-    /// Index of canvas pixel (x, y) within the reference, if it lies there.
-    #[inline]
-    pub fn reference_index(&self, x: usize, y: usize) -> Option<usize> {
-        let (x, y) = (x.wrapping_sub(self.offset.0), y.wrapping_sub(self.offset.1));
-        (x < self.reference.0 && y < self.reference.1).then(|| y * self.reference.0 + x)
+        Ok(Self { width, height, offset })
     }
 }
 

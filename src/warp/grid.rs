@@ -2,12 +2,18 @@
 
 use super::canvas::Limits;
 use crate::geometry::Model;
-use crate::image::reserve;
+use crate::image::{reserve, zeroed};
 use crate::{Error, InverseDepth, Result};
 
-/// Vertices are kept on a grid of 2⁻¹⁰ px, so that edge functions are exact in `f64` and cells meet without gap or
-/// overlap.
-const SUBPIXEL: f64 = 1024.0;
+/// Binary digits after the point of a [`Point`]. On this grid edge functions are exact in integers, so neighbouring
+/// cells meet without gap or overlap.
+pub(super) const SUBPIXEL_BITS: u32 = 10;
+const SUBPIXEL: f64 = (1 << SUBPIXEL_BITS) as f64;
+
+/// A mapped position in fixed point; x is [`INVALID`] for a vertex behind the camera, at a hole or beyond the canvas
+/// limit.
+pub(super) type Point = [i32; 2];
+pub(super) const INVALID: i32 = i32::MIN;
 
 /// The mapped vertices of C₁×C₂ cells over the target.
 pub(super) struct VertexGrid {
@@ -15,18 +21,16 @@ pub(super) struct VertexGrid {
     pub xs: Vec<f64>,
     /// Target y of each row of vertices.
     pub ys: Vec<f64>,
-    /// Mapped positions in reference pixels, row by row; NaN for a vertex behind the camera, at a hole or beyond the
-    /// canvas limit.
-    pub points: Vec<[f32; 2]>,
+    /// Mapped positions, row by row, in reference pixels.
+    pub points: Vec<Point>,
     /// Smallest and largest mapped x and y.
     pub bounds: [f64; 4],
-    /// Mean lengths of the cells' horizontal and vertical sides.
-    pub mean_side: [f64; 2],
     /// Whether a vertex lay beyond the canvas limit.
     pub clipped: bool,
 }
 
 impl VertexGrid {
+    /// Maps all vertices. `no-overlap` when none lands on the canvas.
     pub fn map(
         size: (usize, usize),
         depth: Option<&InverseDepth>,
@@ -35,90 +39,108 @@ impl VertexGrid {
         limits: &Limits,
     ) -> Result<Self> {
         let (xs, ys) = (axis(columns, size.0)?, axis(rows, size.1)?);
-        let per_pixel = xs.len() == size.0 && ys.len() == size.1;
         let mut points = Vec::new();
         reserve(&mut points, xs.len() * ys.len())?;
-        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         let mut clipped = false;
-        let (h, e) = (&model.h, &model.e);
-        for (j, &y) in ys.iter().enumerate() {
-            let row = depth.filter(|_| per_pixel).map(|d| &d.data()[j * size.0..(j + 1) * size.0]);
-            let base = [0, 1, 2].map(|k| h[(k, 1)] * y + h[(k, 2)]);
-            for (i, &x) in xs.iter().enumerate() {
-                let d = match (row, depth) {
-                    (Some(row), _) => f64::from(row[i]),
-                    (None, Some(depth)) => depth.sample(x, y),
-                    (None, None) => 0.0,
-                };
-                let w = h[(2, 0)] * x + base[2] + e[2] * d;
+        let mut depths: Vec<f32> = zeroed(xs.len())?;
+        for &y in &ys {
+            sample_row(depth, &xs, y, &mut depths);
+            let column = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
+            let ([u, v, w], at) =
+                ([column(0), column(1), column(2)], |(h, c, e): (f64, f64, f64), x, d| h * x + c + e * d);
+            points.extend(xs.iter().zip(&depths).map(|(&x, &d)| {
+                let d = f64::from(d);
+                let scale = 1.0 / at(w, x, d);
+                let (px, py) = (at(u, x, d) * scale, at(v, x, d) * scale);
                 // Behind the camera, or a hole.
-                if w <= 0.0 || w.is_nan() {
-                    points.push([f32::NAN; 2]);
-                    continue;
-                }
-                let u = snap((h[(0, 0)] * x + base[0] + e[0] * d) / w);
-                let v = snap((h[(1, 0)] * x + base[1] + e[1] * d) / w);
-                if !limits.contains(u, v) {
+                if scale <= 0.0 || scale.is_nan() {
+                    [INVALID; 2]
+                } else if limits.contains(px, py) {
+                    [fixed(px), fixed(py)]
+                } else {
                     clipped = true;
-                    points.push([f32::NAN; 2]);
-                    continue;
+                    [INVALID; 2]
                 }
-                bounds = [bounds[0].min(u), bounds[1].min(v), bounds[2].max(u), bounds[3].max(v)];
-                points.push([u as f32, v as f32]);
-            }
+            }));
         }
-        let mut grid = Self { xs, ys, points, bounds, mean_side: [0.0; 2], clipped };
-        grid.mean_side = grid.measure_sides();
-        Ok(grid)
+        let bounds = bounds(&points)?;
+        Ok(Self { xs, ys, points, bounds, clipped })
     }
 
     /// Rows of cells with their corner points: the vertices of the row above and of the row below.
-    pub fn cell_rows(&self) -> impl Iterator<Item = (&[[f32; 2]], &[[f32; 2]])> {
+    pub fn cell_rows(&self) -> impl Iterator<Item = (&[Point], &[Point])> {
         let n = self.xs.len();
         self.points.chunks_exact(n).zip(self.points.chunks_exact(n).skip(1))
     }
 
-    /// `no-overlap` when no vertex landed on the canvas.
-    pub fn require_visible(&self) -> Result<()> {
-        if self.bounds[0] <= self.bounds[2] { Ok(()) } else { Err(Error::NoOverlap { pixels: 0 }) }
-    }
-
-    fn measure_sides(&self) -> [f64; 2] {
+    /// Mean horizontal and mean vertical side over all valid cells, in pixels.
+    pub fn mean_sides(&self) -> [f64; 2] {
         let (mut sum, mut cells) = ([0.0; 2], 0u64);
         for (above, below) in self.cell_rows() {
+            let mut row = [0.0f32; 2];
             for (a, b) in above.windows(2).zip(below.windows(2)) {
-                let [h, v] = sides([a[0], a[1], b[1], b[0]]);
-                if (h + v).is_finite() {
-                    sum = [sum[0] + f64::from(h), sum[1] + f64::from(v)];
+                let corners = [a[0], a[1], b[1], b[0]];
+                if is_valid(corners) {
+                    let [h, v] = sides(corners);
+                    row = [row[0] + h, row[1] + v];
                     cells += 1;
                 }
             }
+            sum = [sum[0] + f64::from(row[0]), sum[1] + f64::from(row[1])];
         }
         sum.map(|s| s / cells.max(1) as f64)
     }
 }
 
-/// Mean horizontal and mean vertical side of a cell with corners in turn from the top left; NaN for an invalid cell.
+/// Whether all corners of a cell are.
+#[inline(always)]
+pub(super) fn is_valid(corners: [Point; 4]) -> bool {
+    corners.iter().all(|corner| corner[0] != INVALID)
+}
+
+/// Mean horizontal and mean vertical side, in pixels, of a valid cell with corners in turn from the top left.
 #[inline]
-pub(super) fn sides(c: [[f32; 2]; 4]) -> [f32; 2] {
-    let length = |a: [f32; 2], b: [f32; 2]| {
-        let (x, y) = (b[0] - a[0], b[1] - a[1]);
+pub(super) fn sides(c: [Point; 4]) -> [f32; 2] {
+    let length = |a: Point, b: Point| {
+        let (x, y) = ((b[0] - a[0]) as f32, (b[1] - a[1]) as f32);
         (x * x + y * y).sqrt()
     };
-    [(length(c[0], c[1]) + length(c[3], c[2])) / 2.0, (length(c[0], c[3]) + length(c[1], c[2])) / 2.0]
+    let half = 0.5 / SUBPIXEL as f32;
+    [half * (length(c[0], c[1]) + length(c[3], c[2])), half * (length(c[0], c[3]) + length(c[1], c[2]))]
 }
 
 /// Vertex positions along one side: every pixel, or `cells` equal steps between the first and the last pixel.
 fn axis(cells: u32, pixels: usize) -> Result<Vec<f64>> {
-    let cells = if cells == 0 { pixels.saturating_sub(1) } else { (cells as usize).min(pixels.saturating_sub(1)) };
+    let most = pixels.saturating_sub(1);
+    let cells = if cells == 0 { most } else { most.min(cells as usize) };
     let mut out = Vec::new();
     reserve(&mut out, cells + 1)?;
-    let step = if cells == 0 { 0.0 } else { (pixels - 1) as f64 / cells as f64 };
-    out.extend((0..=cells).map(|i| i as f64 * step));
+    out.extend((0..=cells).map(|i| i as f64 * most as f64 / cells.max(1) as f64));
     Ok(out)
 }
 
-#[inline]
-fn snap(v: f64) -> f64 {
-    (v * SUBPIXEL + 0.5).floor() / SUBPIXEL
+/// Inverse depth at the vertices of one row: 0 without a map, as the model then has no parallax.
+fn sample_row(depth: Option<&InverseDepth>, xs: &[f64], y: f64, out: &mut [f32]) {
+    let Some(depth) = depth else { return };
+    let row = (y as usize * depth.width())..((y as usize + 1) * depth.width());
+    match depth.data().get(row) {
+        Some(row) if row.len() == xs.len() && y.fract() == 0.0 => out.copy_from_slice(row),
+        _ => out.iter_mut().zip(xs).for_each(|(out, &x)| *out = depth.sample(x, y) as f32),
+    }
+}
+
+fn bounds(points: &[Point]) -> Result<[f64; 4]> {
+    let mut b = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
+    for p in points.iter().filter(|p| p[0] != INVALID) {
+        b = [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])];
+    }
+    if b[0] > b[2] {
+        return Err(Error::NoOverlap { pixels: 0 });
+    }
+    Ok(b.map(|v| f64::from(v) / SUBPIXEL))
+}
+
+#[inline(always)]
+fn fixed(v: f64) -> i32 {
+    (v * SUBPIXEL + 0.5).floor() as i32
 }

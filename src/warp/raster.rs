@@ -1,8 +1,12 @@
 //! Which canvas pixels a warped cell covers, and where in the cell each of them lies (paper, section 3.2.1).
 
-/// A warped cell: its corners in turn from the top left, in canvas pixels.
+use super::grid::{Point, SUBPIXEL_BITS};
+
+const PIXEL: i32 = 1 << SUBPIXEL_BITS;
+
+/// A warped cell: its corners in turn from the top left, in fixed point.
 pub(super) struct Cell {
-    corners: [[f64; 2]; 4],
+    corners: [Point; 4],
     shape: Shape,
 }
 
@@ -13,64 +17,67 @@ enum Shape {
     Triangles([bool; 2]),
 }
 
-/// Twice the signed area of the triangle a, b, p: positive when p lies to the inside of the edge from a to b. Exact,
-/// as corners lie on a subpixel grid.
+/// First and last pixel whose centre lies in the cell's bounding box along one axis; empty when first > last.
 #[inline(always)]
-fn edge(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
-    (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+pub(super) fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
+    let [a, b, c, d] = [corners[0][axis], corners[1][axis], corners[2][axis], corners[3][axis]];
+    let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+    ((min + (PIXEL - 1)) >> SUBPIXEL_BITS, max >> SUBPIXEL_BITS)
 }
 
-/// Whether a pixel exactly on the edge from a to b belongs to this side of it (the top-left rule).
+/// Twice the signed area of the triangle a, b, p: positive when p lies to the inside of the edge from a to b.
 #[inline(always)]
-fn owns(a: [f64; 2], b: [f64; 2]) -> bool {
-    b[1] < a[1] || (b[1] == a[1] && b[0] > a[0])
+fn edge(a: Point, b: Point, p: Point) -> i64 {
+    let d = |i: Point, k: usize| i64::from(i[k] - a[k]);
+    d(b, 0) * d(p, 1) - d(b, 1) * d(p, 0)
 }
 
+/// Whether p is inside the edge from a to b. A pixel exactly on the edge belongs to this side of it by the top-left
+/// rule, or because the edge is the grid's border and there is no cell beyond.
 #[inline(always)]
-fn inside(a: [f64; 2], b: [f64; 2], p: [f64; 2], border: bool) -> bool {
-    let e = edge(a, b, p);
-    e > 0.0 || (e == 0.0 && (border || owns(a, b)))
+fn inside(a: Point, b: Point, p: Point, border: bool) -> bool {
+    let owns = border | (b[1] < a[1]) | ((b[1] == a[1]) & (b[0] > a[0]));
+    edge(a, b, p) >= i64::from(!owns)
 }
 
 impl Cell {
     /// `None` when the whole cell is turned over or has no area: the back of a fold is never a visible surface.
     #[inline(always)]
-    pub fn new(corners: [[f64; 2]; 4]) -> Option<Self> {
+    pub fn new(corners: [Point; 4]) -> Option<Self> {
         let [a, b, c, d] = corners;
-        let (abc, acd) = (edge(a, b, c) > 0.0, edge(a, c, d) > 0.0);
-        if abc && acd && edge(a, b, d) > 0.0 && edge(b, c, d) > 0.0 {
+        let (abc, acd) = (edge(a, b, c) > 0, edge(a, c, d) > 0);
+        if abc & acd & (edge(a, b, d) > 0) & (edge(b, c, d) > 0) {
             Some(Self { corners, shape: Shape::Convex })
-        } else if abc || acd {
+        } else if abc | acd {
             Some(Self { corners, shape: Shape::Triangles([abc, acd]) })
         } else {
             None
         }
     }
 
-    /// Position of pixel p in the cell, (0, 0) at the first and (1, 1) at the third corner, or `None` outside.
-    /// `border` says which of the right and bottom side lie on the grid's border and so own their pixels: there is
-    /// no next cell to do it.
+    /// Position of pixel (x, y) in the cell, (0, 0) at the first and (1, 1) at the third corner, or `None` outside.
+    /// `border` says which of the right and bottom side lie on the grid's border and so own their pixels.
     #[inline(always)]
-    pub fn locate(&self, p: [f64; 2], border: [bool; 2]) -> Option<[f64; 2]> {
+    pub fn locate(&self, x: i32, y: i32, border: [bool; 2]) -> Option<[f32; 2]> {
         let [a, b, c, d] = self.corners;
+        let p = [x << SUBPIXEL_BITS, y << SUBPIXEL_BITS];
         match self.shape {
             Shape::Convex => {
                 let covered = inside(a, b, p, false)
-                    && inside(b, c, p, border[0])
-                    && inside(c, d, p, border[1])
-                    && inside(d, a, p, false);
-                covered.then(|| inverse_bilinear([a, b, c, d], p))
+                    & inside(b, c, p, border[0])
+                    & inside(c, d, p, border[1])
+                    & inside(d, a, p, false);
+                if covered { Some(inverse_bilinear([a, b, c, d], p)) } else { None }
             }
             Shape::Triangles([abc, acd]) => {
+                let share = |part: i64, whole: i64| part as f32 / whole as f32;
                 if abc && inside(a, b, p, false) && inside(b, c, p, border[0]) && inside(c, a, p, false) {
-                    let area = edge(a, b, c);
-                    let (wb, wc) = (edge(c, a, p) / area, edge(a, b, p) / area);
-                    return Some([wb + wc, wc]);
+                    let (area, wc) = (edge(a, b, c), edge(a, b, p));
+                    return Some([share(edge(c, a, p) + wc, area), share(wc, area)]);
                 }
                 if acd && inside(a, c, p, false) && inside(c, d, p, border[1]) && inside(d, a, p, false) {
-                    let area = edge(a, c, d);
-                    let (wc, wd) = (edge(d, a, p) / area, edge(a, c, p) / area);
-                    return Some([wc, wc + wd]);
+                    let (area, wc) = (edge(a, c, d), edge(d, a, p));
+                    return Some([share(wc, area), share(wc + edge(a, c, p), area)]);
                 }
                 None
             }
@@ -79,17 +86,16 @@ impl Cell {
 }
 
 #[inline(always)]
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn cross(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// Solves p = a + u·(b−a) + v·(d−a) + u·v·(a−b+c−d) for p inside a convex cell.
 #[inline(always)]
-fn inverse_bilinear([a, b, c, d]: [[f64; 2]; 4], p: [f64; 2]) -> [f64; 2] {
-    let e = [b[0] - a[0], b[1] - a[1]];
-    let f = [d[0] - a[0], d[1] - a[1]];
-    let g = [a[0] - b[0] + c[0] - d[0], a[1] - b[1] + c[1] - d[1]];
-    let h = [p[0] - a[0], p[1] - a[1]];
+fn inverse_bilinear([a, b, c, d]: [Point; 4], p: Point) -> [f32; 2] {
+    let to = |q: Point| [(q[0] - a[0]) as f32, (q[1] - a[1]) as f32];
+    let (e, f, h, diagonal) = (to(b), to(d), to(p), to(c));
+    let g = [diagonal[0] - e[0] - f[0], diagonal[1] - e[1] - f[1]];
     let (k2, k1, k0) = (cross(g, f), cross(e, f) + cross(h, g), cross(h, e));
     // Inside, the root of the discriminant is the map's Jacobian, which is positive; this form of the solution stays
     // exact when the cell is a parallelogram (k2 = 0).

@@ -1,5 +1,7 @@
 //! Loads a case folder: photos, depth maps, matches and, where there is one, the true map.
 
+#![allow(dead_code)] // each user needs some of this
+
 use std::path::{Path, PathBuf};
 
 use depthstitch::geometry::{Match, Model};

@@ -1,0 +1,165 @@
+//! From matches to a model and its inliers: random search, then least squares and choice of inliers in turns.
+
+use super::points::{Points, Projection, Scales};
+use super::ransac::{Search, count, inliers_of, msac, refit};
+use super::refine::refine;
+use super::sampler::Sampler;
+
+/// A model and the matches that agree with it.
+#[derive(Debug, Clone)]
+pub(super) struct Consensus {
+    pub projection: Projection,
+    /// The matches within the threshold.
+    pub inliers: Vec<bool>,
+    /// The matches the model was fitted to, all of them inliers.
+    pub support: Vec<bool>,
+    /// What chose the inliers, normalised.
+    pub threshold: f64,
+    pub trials: u32,
+}
+
+impl Consensus {
+    pub fn count(&self) -> usize {
+        count(&self.inliers)
+    }
+}
+
+/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
+pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = sampled::<D>(points, search, sampler)?;
+    let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
+    Some(Consensus { projection, ..found })
+}
+
+/// Random search at all scales, then down to the narrowest.
+///
+/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
+/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three quarters of
+/// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
+pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let scales = &search.scales;
+    let found = sampled::<D>(points, search, sampler)?;
+    let wide = settled::<D>(points, found.projection, scales.widest())?;
+    let mut best: Option<(f64, Consensus)> = None;
+    let steps = descent::<D>(points, wide.projection, scales.widest(), scales.narrowest());
+    let at_once = settled::<D>(points, found.projection, scales.narrowest());
+    for candidate in [steps, at_once].into_iter().flatten() {
+        let cost = scales.cost(points, &candidate.projection, f64::INFINITY);
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, candidate));
+        }
+    }
+    let mut chosen = best.map_or_else(|| wide.clone(), |(_, candidate)| candidate);
+    while 4 * chosen.count() < 3 * wide.count() && chosen.threshold < scales.widest() {
+        let threshold = (chosen.threshold / STEP).min(scales.widest());
+        chosen = descent::<D>(points, wide.projection, scales.widest(), threshold).unwrap_or_else(|| wide.clone());
+    }
+    Some(Consensus { trials: found.trials, ..polished::<D>(points, chosen)? })
+}
+
+/// Fits once more to the inliers that are as exact as most of them, then chooses the inliers at their threshold again:
+/// within a threshold of pixels, the few matches near it are mostly wrong or at wrong depths, and would weigh the most.
+fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Consensus> {
+    let mut errors: Vec<f64> =
+        points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
+    errors.sort_by(f64::total_cmp);
+    // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
+    let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
+    let core = settled::<D>(points, consensus.projection, consensus.threshold.min(3.0 * sigma));
+    let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
+    let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
+    let inliers = inliers_of(points, &projection, consensus.threshold);
+    let support = core.inliers.iter().zip(&inliers).map(|(a, b)| *a && *b).collect();
+    Some(Consensus { projection, inliers, support, ..consensus })
+}
+
+/// Where least squares stop on the way and at the end.
+const COARSE: f64 = 1e-4;
+pub(super) const FINE: f64 = 1e-10;
+
+/// Factor from one threshold to the next narrower.
+const STEP: f64 = 0.6;
+
+fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
+    let threshold = search.scales.narrowest();
+    let inliers = inliers_of(points, &found.projection, threshold);
+    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
+}
+
+/// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
+fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
+    let mut threshold = from * STEP;
+    while threshold > to {
+        projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE)?;
+        threshold *= STEP;
+    }
+    settled::<D>(points, projection, to)
+}
+
+/// Refits to the inliers and chooses them anew until they stay the same.
+fn settled<const D: usize>(points: &Points, mut projection: Projection, threshold: f64) -> Option<Consensus> {
+    let mut inliers = inliers_of(points, &projection, threshold);
+    for _ in 0..20 {
+        projection = fitted::<D>(points, &inliers, Some(projection), COARSE)?;
+        let next = inliers_of(points, &projection, threshold);
+        if next == inliers {
+            break;
+        }
+        inliers = next;
+    }
+    Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials: 0 })
+}
+
+/// Least squares on the flagged matches, from the linear fit to them or `start`, whichever is nearer. `None` when they do
+/// not determine the model.
+pub(super) fn fitted<const D: usize>(
+    points: &Points,
+    inliers: &[bool],
+    start: Option<Projection>,
+    tolerance: f64,
+) -> Option<Projection> {
+    if count(inliers) < D + 2 - usize::from(D == 3) {
+        return None;
+    }
+    let linear = refit::<D>(points, inliers);
+    let chosen = points.select(inliers);
+    let sum = |p: &Projection| chosen.errors(p).sum::<f64>();
+    let start = match (linear, start) {
+        (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
+        (linear, start) => linear.or(start)?,
+    };
+    Some(refine(&chosen, &start, D, tolerance))
+}
+
+/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all
+/// their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
+pub(super) fn many_homographies(
+    points: &Points,
+    search: &Search,
+    sampler: &mut Sampler,
+    enough: impl Fn(usize) -> usize,
+) -> (Vec<bool>, u32) {
+    const MOST: usize = 10;
+    let mut union = vec![false; points.len()];
+    let mut trials = 0;
+    for _ in 0..MOST {
+        let left: Vec<usize> = (0..points.len()).filter(|&i| !union[i]).collect();
+        let rest = points.select(&union.iter().map(|f| !f).collect::<Vec<_>>());
+        let Some(found) = sampled::<3>(&rest, search, sampler) else { break };
+        trials += found.trials;
+        if found.count() < enough(left.len()) {
+            break;
+        }
+        for (i, _) in left.iter().zip(&found.inliers).filter(|(_, f)| **f) {
+            union[*i] = true;
+        }
+    }
+    (union, trials)
+}
+
+/// The scales between a wide and a narrow threshold.
+pub(super) fn scales(wide: f64, narrow: f64) -> Scales {
+    let wide = wide.max(narrow);
+    Scales([wide, (wide * narrow).sqrt(), narrow])
+}

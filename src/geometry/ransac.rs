@@ -1,0 +1,91 @@
+//! Random sample consensus with the MSAC score and an adaptive number of trials.
+
+use super::linear::{fit, orient};
+use super::points::{Points, Projection, Scales};
+use super::sampler::Sampler;
+
+/// How to search.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    pub scales: Scales,
+    pub confidence: f64,
+    pub max_trials: u32,
+    /// Whether each best-so-far model is refitted to its inliers (Chum, Matas & Kittler 2003).
+    pub local: bool,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    pub projection: Projection,
+    pub trials: u32,
+}
+
+/// A sample must vary by this share of all matches' variance in x, y and (depth model) d, each beyond what the ones
+/// before explain: in one spot, on one line or on one plane of depth it tells nothing.
+const SAMPLE_SPREAD: f64 = 1e-6;
+
+/// A sample without outliers is not yet a good one: where most matches lie on one plane, so do most clean samples. So
+/// many are drawn in any case, which takes well under a millisecond.
+const LEAST_TRIALS: f64 = 300.0;
+
+/// The best of the models through K random matches, K = 6 with D = 4 (depth) and K = 4 with D = 3 (homography).
+/// `None` when no sample gave a model.
+pub(super) fn msac<const D: usize, const K: usize>(
+    points: &Points,
+    search: &Search,
+    sampler: &mut Sampler,
+) -> Option<Found> {
+    let n = points.len();
+    let scales = &search.scales;
+    let mut best: Option<Projection> = None;
+    let mut cost = f64::INFINITY;
+    let mut needed = f64::from(search.max_trials);
+    let mut trials = 0;
+    while f64::from(trials) < needed && n >= K {
+        trials += 1;
+        let sample: [usize; K] = sampler.sample(n);
+        let Some(model) = fit::<D>(points, sample.into_iter(), SAMPLE_SPREAD) else { continue };
+        let Some(mut model) = orient(model, points, sample.into_iter()) else { continue };
+        let sampled = scales.cost(points, &model, cost);
+        if sampled >= cost {
+            continue;
+        }
+        cost = sampled;
+        for t in if search.local { &scales.0[..] } else { &[] } {
+            while let Some(local) = refit::<D>(points, &inliers_of(points, &model, *t)) {
+                let refitted = scales.cost(points, &local, cost);
+                if refitted >= cost {
+                    break;
+                }
+                (model, cost) = (local, refitted);
+            }
+        }
+        best = Some(model);
+        // ln(1 − conf) / ln(1 − ratioᴷ); log1p, as 1 − ratioᴷ rounds to 1 for a tiny ratio.
+        let ratio = count(&inliers_of(points, &model, scales.narrowest())) as f64 / n as f64;
+        let clean = (0..K).fold(1.0, |p, _| p * ratio);
+        if clean > 0.0 {
+            let enough = libm::log1p(-search.confidence) / libm::log1p(-clean);
+            needed = enough.ceil().max(LEAST_TRIALS).min(f64::from(search.max_trials));
+        }
+    }
+    best.map(|projection| Found { projection, trials })
+}
+
+/// The linear fit to the flagged matches, all of them in front of the camera.
+pub(super) fn refit<const D: usize>(points: &Points, inliers: &[bool]) -> Option<Projection> {
+    let indices = || inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i);
+    let model = fit::<D>(points, indices(), 1e-10)?;
+    orient(model, points, indices())
+}
+
+/// Which matches are within the threshold and in front of the camera.
+pub(super) fn inliers_of(points: &Points, model: &Projection, threshold: f64) -> Vec<bool> {
+    points.errors(model).map(|e| e < threshold * threshold).collect()
+}
+
+/// How many flags are set.
+pub(super) fn count(flags: &[bool]) -> usize {
+    flags.iter().filter(|f| **f).count()
+}

@@ -1,0 +1,39 @@
+//! Random samples of matches, the same on every machine.
+
+/// PCG32 (O'Neill 2014, XSH-RR 64/32).
+#[derive(Debug, Clone)]
+pub(super) struct Sampler {
+    state: u64,
+}
+
+impl Sampler {
+    const MULTIPLIER: u64 = 6364136223846793005;
+    const INCREMENT: u64 = 1442695040888963407;
+
+    pub fn new(seed: u32) -> Self {
+        let mut sampler = Self { state: u64::from(seed).wrapping_add(Self::INCREMENT) };
+        sampler.next();
+        sampler
+    }
+
+    fn next(&mut self) -> u32 {
+        let old = self.state;
+        self.state = old.wrapping_mul(Self::MULTIPLIER).wrapping_add(Self::INCREMENT);
+        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
+    }
+
+    /// K different indices below `n`, which must be at least K.
+    pub fn sample<const K: usize>(&mut self, n: usize) -> [usize; K] {
+        let mut picked = [0; K];
+        for i in 0..K {
+            picked[i] = loop {
+                // The bias of the multiply-shift is below n/2³², nothing to a consensus.
+                let index = ((u64::from(self.next()) * n as u64) >> 32) as usize;
+                if !picked[..i].contains(&index) {
+                    break index;
+                }
+            };
+        }
+        picked
+    }
+}
