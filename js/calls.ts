@@ -5,15 +5,14 @@ import type {
   ImageInput,
   ImageOutput,
   Mask,
-  Matches,
+  Models,
   Mosaic,
   Options,
   Quality,
+  StitchInputs,
   StitchResult,
   Warped,
 } from "./types.js";
-
-export type Models = Pick<Geometry, "forward" | "reverse">;
 
 /** What the core can be asked to do: arguments and result of each call, as plain data that can change threads. */
 export interface Calls {
@@ -21,7 +20,7 @@ export interface Calls {
     args: [
       target: ImageInput,
       reference: ImageInput,
-      inputs: Depths & Matches,
+      inputs: StitchInputs,
       options: Partial<Options>,
     ];
     result: StitchResult;

@@ -1,6 +1,5 @@
 // Checks the types of what a caller passed and makes plain objects of it that can change threads. Values (sizes,
 // ranges, lengths) are the core's to check, in one place for every way to reach it.
-import type { Models } from "./calls.js";
 import { invalid } from "./errors.js";
 import type {
   CallOptions,
@@ -11,6 +10,7 @@ import type {
   ImageOutput,
   Mask,
   Model,
+  Models,
   Options,
   Size,
   Warped,
@@ -38,7 +38,11 @@ function tag(value: unknown): string {
   return Object.prototype.toString.call(value).slice(8, -1);
 }
 
-function view<K extends Kind>(name: string, value: unknown, ...kinds: K[]): ReturnType<(typeof views)[K]>;
+function view<K extends Kind>(
+  name: string,
+  value: unknown,
+  ...kinds: K[]
+): ReturnType<(typeof views)[K]>;
 function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeof views)[Kind]> {
   const kind = kinds.find((kind) => kind === tag(value));
   if (!kind || !ArrayBuffer.isView(value)) {
@@ -73,6 +77,12 @@ export function image(name: string, value: unknown): ImageInput {
   return { data, ...size(name, value) };
 }
 
+export function bytes(name: string, value: unknown): Uint8Array {
+  return tag(value) === "ArrayBuffer"
+    ? new Uint8Array(value as ArrayBuffer)
+    : view(name, value, "Uint8Array");
+}
+
 function output(name: string, value: unknown): ImageOutput {
   const data = view(`${name}.data`, object(name, value).data, "Uint8ClampedArray");
   return { data, ...size(name, value) };
@@ -100,8 +110,10 @@ function depth(name: string, value: unknown): DepthInput {
 export function depths(value: Depths): Depths {
   const { targetDepth, referenceDepth } = value;
   return {
-    ...(targetDepth && { targetDepth: depth("targetDepth", targetDepth) }),
-    ...(referenceDepth && { referenceDepth: depth("referenceDepth", referenceDepth) }),
+    ...(targetDepth !== undefined && { targetDepth: depth("targetDepth", targetDepth) }),
+    ...(referenceDepth !== undefined && {
+      referenceDepth: depth("referenceDepth", referenceDepth),
+    }),
   };
 }
 
@@ -168,7 +180,8 @@ export function callOptions(options: CallOptions): CallOptions {
     throw invalid(`signal must be an AbortSignal, got ${describe(signal)}`);
   }
   for (const [name, value] of Object.entries({ worker, transfer })) {
-    if (typeof value !== "boolean") throw invalid(`${name} must be true or false, got ${describe(value)}`);
+    if (typeof value !== "boolean")
+      throw invalid(`${name} must be true or false, got ${describe(value)}`);
   }
   return options;
 }

@@ -6,23 +6,32 @@ import * as glue from "./wasm/depthstitch.js";
 /** The core on this thread. */
 export const core = instance(glue);
 
-/** Makes the call on the core, which has been started. */
+/** Makes the call on the core, which has been started. An exception of `onProgress` stops the call and is thrown on. */
 export function run(call: Call, onProgress: (progress: Progress) => void): Result {
   let last: Progress = { stage: "input", fraction: -1 };
-  const report = (stage: Stage, fraction: number) => {
+  let thrown: { error: unknown } | undefined;
+  const report: Report = (stage, fraction) => {
     // The core reports as often as it can; a hundred times per stage is enough.
-    if (stage === last.stage && fraction < 1 && fraction - last.fraction < 0.01) return;
+    if (stage === last.stage && fraction < 1 && fraction - last.fraction < 0.01) return true;
     last = { stage, fraction };
-    onProgress(last);
+    try {
+      onProgress(last);
+    } catch (error) {
+      thrown = { error };
+    }
+    return thrown === undefined;
   };
-  return core.call((raw) => invoke(raw, call, report));
+  try {
+    return core.call((raw) => invoke(raw, call, report));
+  } catch (error) {
+    throw thrown ? thrown.error : error;
+  }
 }
 
-function invoke(
-  raw: typeof glue,
-  call: Call,
-  report: (stage: Stage, fraction: number) => void,
-): Result {
+/** Hears of progress; `false` stops the core. */
+type Report = (stage: Stage, fraction: number) => boolean;
+
+function invoke(raw: typeof glue, call: Call, report: Report): Result {
   switch (call.name) {
     case "stitch":
       return raw.stitch(...call.args, report);

@@ -60,7 +60,10 @@ async function next(): Promise<void> {
     port.busy(true);
     port.post({ module, call: job.call }, [...buffersOf(job.call.args)]);
   } catch (cause) {
-    finish(job, cause instanceof StitchError ? cause : loadError("could not start the worker", cause));
+    finish(
+      job,
+      cause instanceof StitchError ? cause : loadError("could not start the worker", cause),
+    );
   }
 }
 
@@ -86,21 +89,24 @@ function reusable(error: Error): boolean {
 }
 
 function start(): Port {
+  let ready = false;
   // A worker that has been replaced may still have messages under way.
   const started: Port = spawn(
-    (reply) => port === started && receive(reply),
+    (reply) => {
+      if ("ready" in reply) ready = true;
+      else if (port === started && active) receive(active, reply);
+    },
     (cause) => {
       if (port !== started) return;
       port = undefined;
-      if (active) finish(active, loadError("the worker died", cause));
+      if (active)
+        finish(active, ready ? death(cause) : loadError("could not start the worker", cause));
     },
   );
   return started;
 }
 
-function receive(reply: Reply): void {
-  const job = active;
-  if (!job) return;
+function receive(job: Job, reply: Exclude<Reply, { ready: true }>): void {
   if ("result" in reply) finish(job, reply.result);
   else if ("error" in reply) finish(job, new StitchError(reply.error));
   else {
@@ -110,6 +116,14 @@ function receive(reply: Reply): void {
       finish(job, error instanceof Error ? error : new Error(String(error), { cause: error }));
     }
   }
+}
+
+/** The error of a call whose worker ended under it. */
+function death(cause: Error): StitchError {
+  const code =
+    "code" in cause && cause.code === "ERR_WORKER_OUT_OF_MEMORY" ? "out-of-memory" : "internal";
+  const message = `the worker ended unexpectedly: ${cause.message}`;
+  return new StitchError({ code, stage: "input", message, details: {} }, { cause });
 }
 
 function rest(): void {

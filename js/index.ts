@@ -4,10 +4,10 @@
  * Pixel centres are whole numbers, origin top left, x right, y down. `target` moves, `reference` stays. Work is done in a
  * worker unless `worker: false`; calls wait for each other, as each needs much memory. All errors are {@link StitchError}s.
  */
-import type { CallName, Calls, Call, Models } from "./calls.js";
+import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
 import { core, run } from "./core.js";
-import { abortError, StitchError } from "./errors.js";
+import { abortError, type StitchError } from "./errors.js";
 import { runInWorker } from "./host.js";
 import { compiler, type WasmSource } from "./load.js";
 import { own } from "./own.js";
@@ -20,6 +20,7 @@ import type {
   ImageInput,
   ImageOutput,
   Mask,
+  Models,
   Mosaic,
   Options,
   Quality,
@@ -30,7 +31,6 @@ import type {
 } from "./types.js";
 
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
-export type { Models } from "./calls.js";
 export type { WasmSource } from "./load.js";
 export type * from "./types.js";
 
@@ -57,7 +57,7 @@ export async function stitch(
 ): Promise<StitchResult> {
   const settings = check.settings(options);
   const inputs = {
-    ...(options.matches && { matches: check.matches(options.matches) }),
+    ...(options.matches !== undefined && { matches: check.matches(options.matches) }),
     ...check.depths(options),
   };
   const images = [check.image("target", target), check.image("reference", reference)] as const;

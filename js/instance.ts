@@ -45,7 +45,12 @@ export function instance<G extends Glue>(glue: G): Instance<G> {
 /** What to tell of anything that was thrown. */
 export function recordOf(cause: unknown): ErrorRecord {
   if (isErrorRecord(cause)) {
-    return { code: cause.code, stage: cause.stage, message: cause.message, details: { ...cause.details } };
+    return {
+      code: cause.code,
+      stage: cause.stage,
+      message: cause.message,
+      details: { ...cause.details },
+    };
   }
   const reason = cause instanceof Error ? cause.message : String(cause);
   // The engine refuses memory with a range error; the core's own refusals are typed.

@@ -1,18 +1,23 @@
-import type { DepthInput, Options, Stage } from "./wasm/types.js";
+import type { Depths, Options, Stage, StitchInputs } from "./wasm/types.js";
 
 export type {
   DepthInput,
+  Depths,
+  EstimateInputs,
   FitReport,
   Geometry,
   ImageInput,
   ImageOutput,
   Mask,
   Model,
+  Models,
   Mosaic,
   Options,
   Quality,
   Remark,
+  Size,
   Stage,
+  StitchInputs,
   StitchResult,
   Warped,
 } from "./wasm/types.js";
@@ -42,33 +47,10 @@ export interface CallOptions {
   transfer?: boolean | undefined;
 }
 
-/** Inverse depth or depth of the photos; without them, parallax comes out of the matches alone or not at all. */
-export interface Depths {
-  targetDepth?: DepthInput | undefined;
-  referenceDepth?: DepthInput | undefined;
-}
-
-export interface Matches {
-  /** xt, yt, xr, yr of one match after the other: pixels of the target and of the reference. */
-  matches?: Float32Array | undefined;
-}
-
+/** The core's settings, each optional. */
 export type Settings = { [K in keyof Options]?: Options[K] | undefined };
 
-export interface StitchOptions extends Settings, Depths, Matches, CallOptions {}
+export interface StitchOptions extends Settings, StitchInputs, CallOptions {}
 export interface EstimateOptions extends Settings, CallOptions {}
 export interface WarpOptions extends Settings, Depths, CallOptions {}
 export interface FillOptions extends Settings, CallOptions {}
-
-export interface Size {
-  width: number;
-  height: number;
-}
-
-/** What {@link estimate} works on: no pixels, only sizes. */
-export interface EstimateInputs extends Depths {
-  targetSize: Size;
-  referenceSize: Size;
-  /** xt, yt, xr, yr of one match after the other: pixels of the target and of the reference. */
-  matches: Float32Array;
-}

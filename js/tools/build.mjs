@@ -1,6 +1,14 @@
 // Builds dist/: the two wasm modules, then TypeScript. Steps whose inputs have not changed are skipped.
 import { createHash } from "node:crypto";
-import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  readFileSync,
+  rmSync,
+  statSync,
+  writeFileSync,
+} from "node:fs";
 import { join } from "node:path";
 import { bin, cargoEnv, isMain, npmBin, output, root, run, toolsDir } from "./shared.mjs";
 
@@ -43,7 +51,15 @@ export function setup() {
   const tool = bin("wasm-bindgen");
   if (existsSync(tool) && output(tool, ["--version"]).trim() === `wasm-bindgen ${version}`) return;
   // Not --locked: its lock file pins crates that no longer build everywhere.
-  run("cargo", ["install", "wasm-bindgen-cli", "--version", version, "--root", toolsDir, "--force"]);
+  run("cargo", [
+    "install",
+    "wasm-bindgen-cli",
+    "--version",
+    version,
+    "--root",
+    toolsDir,
+    "--force",
+  ]);
 }
 
 /** Whether `outputs` were made from exactly these inputs; if not, `make` makes them. */
@@ -68,12 +84,23 @@ function buildWasm({ name, cargo, opt }) {
   const built = join(root, "target", "wasm32-unknown-unknown", "release", "depthstitch.wasm");
   const final = join(wasmDir, `${name}_bg.wasm`);
   const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];
-  const inputs = [readFileSync(built), bindgenVersion(), JSON.stringify([opt, wasmFeatures, flags])];
+  const inputs = [
+    readFileSync(built),
+    bindgenVersion(),
+    JSON.stringify([opt, wasmFeatures, flags]),
+  ];
   unlessFresh(`${name}.sha256`, inputs, outputs, () => {
     run(bin("wasm-bindgen"), [built, "--out-dir", wasmDir, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);
     cpSync(final, raw);
-    run(process.execPath, [npmBin("binaryen", "wasm-opt"), raw, "-o", final, ...opt, ...wasmFeatures]);
+    run(process.execPath, [
+      npmBin("binaryen", "wasm-opt"),
+      raw,
+      "-o",
+      final,
+      ...opt,
+      ...wasmFeatures,
+    ]);
   });
 }
 

@@ -4,9 +4,10 @@ import { serve, type Reply, type Request } from "./serve.js";
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library has only the window's. */
 interface WorkerScope {
   onmessage: ((event: MessageEvent<Request>) => void) | null;
-  postMessage(reply: Reply, transfer: ArrayBuffer[]): void;
+  postMessage(reply: Reply, transfer?: ArrayBuffer[]): void;
 }
 
 const scope = globalThis as unknown as WorkerScope;
 scope.onmessage = ({ data }) =>
   void serve(data, (reply, transfer) => scope.postMessage(reply, transfer));
+scope.postMessage({ ready: true });

@@ -1,7 +1,10 @@
 // The worker thread of a Node program.
 import { parentPort } from "node:worker_threads";
-import { serve, type Request } from "./serve.js";
+import { serve, type Reply, type Request } from "./serve.js";
 
-parentPort?.on("message", (request: Request) =>
-  void serve(request, (reply, transfer) => parentPort?.postMessage(reply, transfer)),
+parentPort?.on(
+  "message",
+  (request: Request) =>
+    void serve(request, (reply, transfer) => parentPort?.postMessage(reply, transfer)),
 );
+parentPort?.postMessage({ ready: true } satisfies Reply);

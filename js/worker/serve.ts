@@ -11,8 +11,9 @@ export interface Request {
   call: Call;
 }
 
-/** What the worker answers: any number of `progress`, then `result` or `error`. */
-export type Reply = { progress: Progress } | { result: Result } | { error: ErrorRecord };
+/** What the worker says: `ready` when its script has been loaded; for a call any number of `progress`, then `result` or `error`. */
+export type Reply =
+  { ready: true } | { progress: Progress } | { result: Result } | { error: ErrorRecord };
 
 /** Works on one request. */
 export async function serve(

@@ -15,3 +15,7 @@ mod options;
 mod results;
 #[cfg(feature = "core")]
 mod stages;
+
+/// The public types, part of the declarations of either module.
+#[wasm_bindgen::prelude::wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = include_str!("types.d.ts");

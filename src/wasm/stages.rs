@@ -13,9 +13,6 @@ use crate::warp::View;
 use crate::{Image, InverseDepth, Result, Stage};
 use crate::{metrics, mosaic, warp};
 
-#[wasm_bindgen(typescript_custom_section)]
-const TYPES: &str = include_str!("types.d.ts");
-
 #[wasm_bindgen(start)]
 fn start() {
     console_error_panic_hook::set_once();

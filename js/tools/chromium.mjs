@@ -1,0 +1,75 @@
+// Finds a Chromium for the browser tests, and installs one where that can be done without asking.
+import { accessSync, constants, existsSync } from "node:fs";
+import { delimiter, join } from "node:path";
+import { npmBin, run } from "./shared.mjs";
+
+const names = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome", "chrome"];
+const places = [
+  "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+  "/Applications/Chromium.app/Contents/MacOS/Chromium",
+  "C:\\Program Files\\Google\\Chrome\\Application\\chrome.exe",
+  "C:\\Program Files (x86)\\Google\\Chrome\\Application\\chrome.exe",
+  "C:\\Program Files (x86)\\Microsoft\\Edge\\Application\\msedge.exe",
+];
+
+/** Path of an installed Chromium or Chrome, `undefined` where there is none. */
+async function find() {
+  const wanted = process.env.CHROMIUM_PATH;
+  if (wanted) {
+    if (!existsSync(wanted)) throw new Error(`CHROMIUM_PATH names ${wanted}, which does not exist`);
+    return wanted;
+  }
+  const folders = (process.env.PATH ?? "").split(delimiter).filter(Boolean);
+  const { chromium } = await import("playwright-core");
+  return [
+    ...folders.flatMap((folder) => names.map((name) => join(folder, name))),
+    ...places,
+    chromium.executablePath(),
+  ].find(isExecutable);
+}
+
+/** @param {string} file */
+function isExecutable(file) {
+  try {
+    accessSync(file, constants.X_OK);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** Path of a Chromium, installed first if there is none. */
+export async function chromiumPath() {
+  const found = await find();
+  if (found) return found;
+  const attempts = [];
+  if (process.getuid?.() === 0 && existsSync("/usr/bin/apt-get")) {
+    attempts.push(() => {
+      const env = { DEBIAN_FRONTEND: "noninteractive" };
+      run("apt-get", ["update"], { env });
+      run("apt-get", ["install", "-y", "--no-install-recommends", "chromium"], { env });
+    });
+  }
+  attempts.push(() =>
+    run(process.execPath, [npmBin("playwright-core", "playwright-core"), "install", "chromium"]),
+  );
+  for (const attempt of attempts) {
+    try {
+      attempt();
+    } catch (error) {
+      console.error(String(error));
+    }
+    const installed = await find();
+    if (installed) return installed;
+  }
+  throw new Error("no Chromium found: install one, or set CHROMIUM_PATH to where it is");
+}
+
+/** A running Chromium, as Playwright sees it. The caller closes it. */
+export async function launch() {
+  const { chromium } = await import("playwright-core");
+  return chromium.launch({
+    executablePath: await chromiumPath(),
+    args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
+  });
+}

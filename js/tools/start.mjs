@@ -1,0 +1,34 @@
+// `npm start`: installs, builds, renders the sample and serves the page. Stop it with Ctrl+C.
+import { spawn } from "node:child_process";
+import { join } from "node:path";
+import { build } from "./build.mjs";
+import { renderSample } from "./sample.mjs";
+import { installPackages, root } from "./shared.mjs";
+
+installPackages();
+build();
+renderSample();
+
+const { createServer } = await import("vite");
+const server = await createServer({ configFile: join(root, "www", "vite.config.ts") });
+await server.listen();
+const url = server.resolvedUrls?.local[0] ?? server.resolvedUrls?.network[0];
+if (!url) throw new Error("the server has no address");
+console.log(`\nThe page is at ${url} (Ctrl+C to stop)`);
+if (canShow()) open(url);
+
+/** Whether there is someone to look at a browser. */
+function canShow() {
+  if (process.env.NO_OPEN || process.env.CI) return false;
+  if (process.platform !== "linux") return true;
+  return Boolean(process.env.DISPLAY || process.env.WAYLAND_DISPLAY);
+}
+
+/** Shows the page in the person's own browser; where that fails, the printed address will do. */
+function open(url) {
+  const commands = { darwin: ["open", url], win32: ["cmd", "/c", "start", "", url] };
+  const [command, ...args] = commands[process.platform] ?? ["xdg-open", url];
+  const opener = spawn(command, args, { stdio: "ignore", detached: true });
+  opener.on("error", () => console.log("Open it in a browser."));
+  opener.unref();
+}

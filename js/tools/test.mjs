@@ -1,0 +1,66 @@
+// `npm test`: every test of the repository, group by group. `npm test -- rust node` runs only those two.
+import { existsSync, readdirSync } from "node:fs";
+import { join } from "node:path";
+import { build, setup } from "./build.mjs";
+import { renderSample } from "./sample.mjs";
+import { cargoEnv, installPackages, root, run } from "./shared.mjs";
+
+/** Each group: what has to be there first, and the commands. */
+const groups = {
+  rust: { needs: [setup], tests: [() => cargoTest(), () => cargoTest("--features", "codecs")] },
+  wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
+  node: { needs: [build, smallSample], tests: [() => nodeTest("node")] },
+  packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
+  browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
+};
+
+function cargoTest(...args) {
+  run("cargo", ["test", ...args], { env: cargoEnv });
+}
+
+function nodeTest(folder) {
+  const tests = readdirSync(join(root, "tests", folder)).filter((file) =>
+    /\.test\.m?[jt]s$/.test(file),
+  );
+  if (tests.length === 0) throw new Error(`tests/${folder} has no tests`);
+  const files = tests.map((file) => join("tests", folder, file));
+  run(process.execPath, ["--test", "--test-concurrency=1", ...files]);
+}
+
+/** A sample small enough for tests that stitch it many times. */
+function smallSample() {
+  renderSample(join("target", "sample-small"), 240, 160);
+}
+
+const chosen = process.argv.slice(2);
+const unknown = chosen.filter((name) => !(name in groups));
+if (unknown.length > 0) {
+  console.error(`no test group ${unknown.join(", ")}; there are ${Object.keys(groups).join(", ")}`);
+  process.exit(2);
+}
+
+const summary = [];
+installPackages();
+const done = new Set();
+for (const [name, { needs, tests }] of Object.entries(groups)) {
+  if (chosen.length > 0 && !chosen.includes(name)) continue;
+  console.log(`\n== ${name}`);
+  const start = Date.now();
+  try {
+    for (const need of needs.filter((need) => !done.has(need))) {
+      need();
+      done.add(need);
+    }
+    for (const test of tests) test();
+  } catch (error) {
+    summary.push([name, "FAILED", Date.now() - start]);
+    console.error(String(error));
+    break;
+  }
+  summary.push([name, "passed", Date.now() - start]);
+}
+
+console.log("\n== summary");
+for (const [name, outcome, ms] of summary)
+  console.log(`${name}: ${outcome} in ${(ms / 1000).toFixed(1)} s`);
+if (summary.some(([, outcome]) => outcome === "FAILED")) process.exit(1);

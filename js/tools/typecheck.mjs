@@ -1,0 +1,13 @@
+// Type checks everything that is not already checked by being built: the page, the scripts and the tests.
+import { join } from "node:path";
+import { isMain, npmBin, root, run } from "./shared.mjs";
+
+const projects = ["tsconfig.json", "tsconfig.tests.json", join("www", "tsconfig.json")];
+
+export function typecheck() {
+  for (const project of projects) {
+    run(process.execPath, [npmBin("typescript", "tsc"), "--noEmit", "-p", join(root, project)]);
+  }
+}
+
+if (isMain(import.meta.url)) typecheck();
