@@ -1,9 +1,12 @@
 // The user's own files: by button and by drop, the right ones and the wrong ones.
 import assert from "node:assert/strict";
+import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
 import { after, before, test } from "node:test";
 import { encodeGrayPng } from "depthstitch/codecs";
-import { canvasPixels, dropFiles, sampleFile, startSite, stitchAgain } from "./page.mjs";
+import { assertSame, canvasPixels, drop, sampleFile, startSite, stitchAgain } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
@@ -14,23 +17,30 @@ before(async () => {
 });
 after(() => site.close());
 
-const types = { jpg: "image/jpeg", png: "image/png", csv: "text/csv", json: "application/json" };
+const scratch = mkdtempSync(join(tmpdir(), "depthstitch-files-"));
+after(() => rmSync(scratch, { recursive: true }));
 
-/** A file of the sample, under another name if given. @param {string} name @param {string} [as] */
-async function file(name, as = name) {
-  const ending = /** @type {keyof typeof types} */ (name.slice(name.lastIndexOf(".") + 1));
-  return { name: as, type: types[ending], bytes: await readFile(sampleFile(name)) };
+/** A copy of a file of the sample under another name. @param {string} name @param {string} as */
+function copied(name, as) {
+  const path = join(scratch, as);
+  copyFileSync(sampleFile(name), path);
+  return path;
 }
 
-/** The same for a file input. @param {string} name @param {string} [as] */
-async function chosen(name, as) {
-  const { name: shown, type, bytes } = await file(name, as);
-  return { name: shown, mimeType: type, buffer: bytes };
+/** A new file. @param {string} name @param {string | Uint8Array} content */
+function written(name, content) {
+  const path = join(scratch, name);
+  writeFileSync(path, content);
+  return path;
 }
 
 /** What a card says. @param {Page} page @param {string} slot @param {"file" | "note" | "size"} part */
 const said = async (page, slot, part) =>
   (await page.locator(`[data-slot="${slot}"] [data-part="${part}"]`).textContent()) ?? "";
+
+/** Waits until a card has taken a file. @param {Page} page @param {string} slot @param {string} name */
+const taken = (page, slot, name) =>
+  page.locator(`[data-slot="${slot}"] [data-part="file"]`, { hasText: name }).waitFor();
 
 /** Waits until no card is reading. @param {Page} page */
 const settled = (page) => page.locator('.card[aria-busy="true"]').first().waitFor({ state: "detached" });
@@ -40,8 +50,8 @@ const message = (/** @type {Page} */ page) => page.locator("#message").textConte
 test("takes photos, depth maps and matches by button", async () => {
   const { page, complaints, close } = await site.open();
   const sample = await canvasPixels(page, "#mosaic");
-  await page.setInputFiles("#target-file", await chosen("target.jpg", "left.jpg"));
-  await page.setInputFiles("#reference-file", await chosen("reference.jpg", "right.jpg"));
+  await page.setInputFiles("#target-file", copied("target.jpg", "left.jpg"));
+  await page.setInputFiles("#reference-file", copied("reference.jpg", "right.jpg"));
   await settled(page);
   assert.equal(await said(page, "target", "file"), "left.jpg");
   assert.equal(await said(page, "matches", "size"), "", "the sample's matches are not the user's");
@@ -49,20 +59,20 @@ test("takes photos, depth maps and matches by button", async () => {
   await page.locator("#run").click();
   assert.match((await message(page)) ?? "", /matches file is needed.*xt,yt,xr,yr/);
 
-  await page.setInputFiles("#matches-file", await chosen("matches.csv"));
-  await page.setInputFiles("#targetDepth-file", await chosen("target_depth.png"));
+  await page.setInputFiles("#matches-file", sampleFile("matches.csv"));
+  await page.setInputFiles("#targetDepth-file", sampleFile("target_depth.png"));
   await settled(page);
   await page.locator("#run").click();
   assert.match((await message(page)) ?? "", /reference's depth map is missing.*remove the target's/);
 
-  await page.setInputFiles("#referenceDepth-file", await chosen("reference_depth.png"));
+  await page.setInputFiles("#referenceDepth-file", sampleFile("reference_depth.png"));
   await settled(page);
   await useSampleDepthMeaning(page);
   await stitchAgain(page);
   assert.equal(await message(page), "");
   assert.match((await page.locator("#result-source").textContent()) ?? "", /left\.jpg onto right\.jpg/);
   const own = await canvasPixels(page, "#mosaic");
-  assert.equal(Buffer.compare(own.data, sample.data), 0, "the same files give the same mosaic");
+  assertSame(own, sample);
   assert.deepEqual(await complaints(), []);
   await close();
 });
@@ -87,37 +97,43 @@ test("without depth maps aligns by a homography and says so", async () => {
 
 test("takes one file dropped on its card", async () => {
   const { page, close } = await site.open();
-  await dropFiles(page, '[data-slot="reference"]', [await file("reference.jpg", "second.jpg")]);
-  await settled(page);
-  assert.equal(await said(page, "reference", "file"), "second.jpg");
+  const card = page.locator('[data-slot="reference"]');
+  await drop(page, '[data-slot="reference"]', [copied("reference.jpg", "second.jpg")], async () => {
+    assert.match((await card.getAttribute("class")) ?? "", /over/, "the card shows that it would take the file");
+  });
+  await taken(page, "reference", "second.jpg");
+  assert.doesNotMatch((await card.getAttribute("class")) ?? "", /over/);
   assert.equal(await said(page, "target", "size"), "", "the sample leaves with its first photo");
   await close();
 });
 
-test("places the files of a whole case by their names", async () => {
+test("places the files of a whole case by their names, dropped as files or as a folder", async () => {
   const { page, complaints, close } = await site.open();
   const sample = await canvasPixels(page, "#mosaic");
-  await page.locator("#clear-inputs").click();
   const names = ["case.json", "matches.csv", "reference.jpg", "reference_depth.png", "target.jpg", "target_depth.png"];
-  await dropFiles(page, "body", await Promise.all(names.map((name) => file(name))));
-  await settled(page);
-  await stitchAgain(page);
-  const own = await canvasPixels(page, "#mosaic");
-  assert.equal(Buffer.compare(own.data, sample.data), 0);
+  for (const paths of [names.map(sampleFile), [dirname(sampleFile("case.json"))]]) {
+    await page.locator("#clear-inputs").click();
+    await drop(page, "#mosaic", paths, () => page.locator("#drop-veil").waitFor());
+    await page.locator("#drop-veil").waitFor({ state: "hidden" });
+    await taken(page, "target", "target.jpg");
+    await settled(page);
+    await stitchAgain(page);
+    assertSame(await canvasPixels(page, "#mosaic"), sample);
+  }
   assert.deepEqual(await complaints(), []);
   await close();
 });
 
 test("places photos whose names say nothing in the order of their names", async () => {
   const { page, close } = await site.open();
-  await dropFiles(page, "main", [
-    await file("reference.jpg", "IMG_0010.jpg"),
-    await file("target.jpg", "IMG_0009.jpg"),
-    await file("matches.csv", "points.csv"),
+  await drop(page, "#mosaic", [
+    copied("reference.jpg", "IMG_10.jpg"),
+    copied("target.jpg", "IMG_9.jpg"),
+    copied("matches.csv", "points.csv"),
   ]);
+  await taken(page, "target", "IMG_9.jpg");
+  await taken(page, "reference", "IMG_10.jpg");
   await settled(page);
-  assert.equal(await said(page, "target", "file"), "IMG_0009.jpg");
-  assert.equal(await said(page, "reference", "file"), "IMG_0010.jpg");
   await stitchAgain(page);
   await close();
 });
@@ -125,7 +141,7 @@ test("places photos whose names say nothing in the order of their names", async 
 test("says what is wrong with a file and keeps what was there", async () => {
   const { page, close } = await site.open();
   const before = await canvasPixels(page, "#mosaic");
-  const text = { name: "notes.txt", mimeType: "text/plain", buffer: Buffer.from("no picture") };
+  const text = written("notes.txt", "no picture");
   await page.setInputFiles("#target-file", text);
   await settled(page);
   assert.match(await said(page, "target", "note"), /notes\.txt is not a picture.*JPEG, PNG or WebP/);
@@ -135,7 +151,7 @@ test("says what is wrong with a file and keeps what was there", async () => {
   await settled(page);
   assert.match(await said(page, "targetDepth", "note"), /notes\.txt cannot be read as a depth map/);
 
-  await page.setInputFiles("#matches-file", await chosen("target.jpg"));
+  await page.setInputFiles("#matches-file", sampleFile("target.jpg"));
   await settled(page);
   assert.match(await said(page, "matches", "note"), /is a picture/);
   for (const [content, words] of /** @type {const} */ ([
@@ -144,19 +160,18 @@ test("says what is wrong with a file and keeps what was there", async () => {
     ["xt,yt,xr,yr\n1,2,3,4\n1,2,x,4\n", /Line 3 of m\.csv/],
     ["xt,yt,xr,yr\n", /no matches/],
   ])) {
-    const csv = { name: "m.csv", mimeType: "text/csv", buffer: Buffer.from(content) };
-    await page.setInputFiles("#matches-file", csv);
+    await page.setInputFiles("#matches-file", written("m.csv", content));
     await settled(page);
     assert.match(await said(page, "matches", "note"), words);
   }
 
-  await dropFiles(page, "body", [{ name: "song.mp3", type: "audio/mpeg", bytes: Buffer.from("la") }]);
+  await drop(page, "#mosaic", [written("song.mp3", "la")]);
   await page.locator("#message", { hasText: "song.mp3" }).waitFor();
   assert.match((await message(page)) ?? "", /None of these files fits/);
 
-  assert.equal(Buffer.compare((await canvasPixels(page, "#mosaic")).data, before.data), 0);
+  assertSame(await canvasPixels(page, "#mosaic"), before);
   await stitchAgain(page);
-  assert.equal(Buffer.compare((await canvasPixels(page, "#mosaic")).data, before.data), 0);
+  assertSame(await canvasPixels(page, "#mosaic"), before);
   await close();
 });
 
@@ -164,11 +179,7 @@ test("warns of a depth map of another shape than its photo", async () => {
   const { page, close } = await site.open();
   const [width, height] = [60, 90];
   const png = await encodeGrayPng({ data: new Uint8Array(width * height).fill(80), width, height });
-  await page.setInputFiles("#targetDepth-file", {
-    name: "turned.png",
-    mimeType: "image/png",
-    buffer: Buffer.from(png),
-  });
+  await page.setInputFiles("#targetDepth-file", written("turned.png", png));
   await settled(page);
   assert.match(await said(page, "targetDepth", "note"), /60.×.90.*shapes differ/);
   await close();
@@ -177,12 +188,11 @@ test("warns of a depth map of another shape than its photo", async () => {
 test("puts the core's errors in words and keeps the earlier result", async () => {
   const { page, close } = await site.open();
   const before = await canvasPixels(page, "#mosaic");
-  const few = { name: "few.csv", mimeType: "text/csv", buffer: Buffer.from("xt,yt,xr,yr\n1,1,1,1\n9,9,9,9\n") };
-  await page.setInputFiles("#matches-file", few);
+  await page.setInputFiles("#matches-file", written("few.csv", "xt,yt,xr,yr\n1,1,1,1\n9,9,9,9\n"));
   await settled(page);
   await page.locator("#run").click();
   await page.locator("#message", { hasText: /of 2 can be used/ }).waitFor();
-  assert.equal(Buffer.compare((await canvasPixels(page, "#mosaic")).data, before.data), 0);
+  assertSame(await canvasPixels(page, "#mosaic"), before);
   assert.match((await page.locator("#status").textContent()) ?? "", /earlier/);
 
   // Matches that have nothing to do with the photos.
@@ -191,11 +201,7 @@ test("puts the core's errors in words and keeps the earlier result", async () =>
     const cells = Array.from({ length: 4 }, () => (seed = (seed * 16807) % 2147483647) % 200);
     noise.push(cells.join(","));
   }
-  await page.setInputFiles("#matches-file", {
-    name: "noise.csv",
-    mimeType: "text/csv",
-    buffer: Buffer.from(noise.join("\n")),
-  });
+  await page.setInputFiles("#matches-file", written("noise.csv", noise.join("\n")));
   await settled(page);
   await page.locator("#run").click();
   await page.locator("#message", { hasText: /agree on one geometry/ }).waitFor();
@@ -209,7 +215,7 @@ test("puts the core's errors in words and keeps the earlier result", async () =>
   await page.getByRole("button", { name: "Reset to defaults" }).click();
   await stitchAgain(page);
   assert.equal(await message(page), "");
-  assert.equal(Buffer.compare((await canvasPixels(page, "#mosaic")).data, before.data), 0);
+  assertSame(await canvasPixels(page, "#mosaic"), before);
   await close();
 });
 
@@ -223,7 +229,7 @@ test("turns a photo as its EXIF data says", async () => {
   );
   const turned = Buffer.concat([upright.subarray(0, 2), exif, upright.subarray(2)]);
   const size = (await said(page, "target", "size")).split(/\D+/).filter(Boolean);
-  await page.setInputFiles("#target-file", { name: "turned.jpg", mimeType: "image/jpeg", buffer: turned });
+  await page.setInputFiles("#target-file", written("turned.jpg", turned));
   await settled(page);
   assert.deepEqual((await said(page, "target", "size")).split(/\D+/).filter(Boolean), size.reverse());
   await close();

@@ -1,4 +1,5 @@
 // What the browser tests share: the page, built from the present dist/ and served on localhost, in a fresh Chromium.
+import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -117,7 +118,12 @@ export async function canvasPixels(page, selector) {
   const { width, height, base64 } = await page.locator(selector).evaluate(async (canvas) => {
     if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
     const { width, height } = canvas;
-    const image = canvas.getContext("2d")?.getImageData(0, 0, width, height);
+    // Read from a copy: reading moves a canvas out of the graphics memory, which a user's page never does.
+    const copy = document.createElement("canvas");
+    Object.assign(copy, { width, height });
+    const context = copy.getContext("2d", { willReadFrequently: true });
+    context?.drawImage(canvas, 0, 0);
+    const image = context?.getImageData(0, 0, width, height);
     const blob = new Blob([image?.data ?? ""]);
     const url = await new Promise((/** @type {(url: string) => void} */ resolve) => {
       const reader = new FileReader();
@@ -131,27 +137,48 @@ export async function canvasPixels(page, selector) {
 }
 
 /**
- * Drops files on an element, as a file manager would.
+ * Fails unless two pictures are the same; the arrays are too large for `assert` to print.
+ *
+ * @typedef {{ data: Uint8ClampedArray, width: number, height: number }} Picture
+ * @param {Picture} actual
+ * @param {Picture} expected
+ * @param {string} [what]
+ */
+export function assertSame(actual, expected, what = "the picture") {
+  assert.deepEqual([actual.width, actual.height], [expected.width, expected.height], `size of ${what}`);
+  assert.ok(same(actual, expected), `${what} has other pixels`);
+}
+
+/** @param {Picture} a @param {Picture} b */
+export function same(a, b) {
+  return Buffer.from(a.data.buffer).equals(Buffer.from(b.data.buffer));
+}
+
+/** A picture as a canvas keeps it: no colour where it is transparent. @param {Picture} picture @returns {Picture} */
+export function asOnCanvas({ data, width, height }) {
+  return { data: data.map((value, i) => (data[i | 3] === 0 ? 0 : value)), width, height };
+}
+
+/**
+ * Drops files or folders of this machine on the middle of an element, as a file manager would. `over` is called while
+ * they are held there.
  *
  * @param {Page} page
  * @param {string} selector
- * @param {readonly { name: string, type: string, bytes: Uint8Array }[]} files
+ * @param {readonly string[]} paths
+ * @param {() => Promise<void>} [over]
  */
-export async function dropFiles(page, selector, files) {
-  const packed = files.map(({ name, type, bytes }) => ({
-    name,
-    type,
-    base64: Buffer.from(bytes).toString("base64"),
-  }));
-  const dataTransfer = await page.evaluateHandle((packed) => {
-    const transfer = new DataTransfer();
-    for (const { name, type, base64 } of packed) {
-      const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-      transfer.items.add(new File([bytes], name, { type }));
-    }
-    return transfer;
-  }, packed);
-  for (const event of ["dragenter", "dragover", "drop"]) {
-    await page.dispatchEvent(selector, event, { dataTransfer });
+export async function drop(page, selector, paths, over) {
+  const box = await page.locator(selector).boundingBox();
+  if (!box) throw new Error(`${selector} is not shown`);
+  const devtools = await page.context().newCDPSession(page);
+  for (const type of /** @type {const} */ (["dragEnter", "dragOver", "drop"])) {
+    if (type === "drop") await over?.();
+    await devtools.send("Input.dispatchDragEvent", {
+      type,
+      x: box.x + box.width / 2,
+      y: box.y + box.height / 2,
+      data: { items: [], files: [...paths], dragOperationsMask: 1 },
+    });
   }
 }

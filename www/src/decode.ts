@@ -45,7 +45,7 @@ async function decodeDepthMap(file: File): Promise<DepthMap> {
   refuseEmpty(file);
   const { decodeDepth } = await import("depthstitch/codecs");
   try {
-    return await decodeDepth(new Uint8Array(await file.arrayBuffer()), { maxPixels });
+    return await decodeDepth(await file.arrayBuffer(), maxPixels);
   } catch (error) {
     const reason = error instanceof Error ? ` (${error.message})` : "";
     throw new UnusableFile(

@@ -49,7 +49,7 @@ async function filesOf(transfer: DataTransfer): Promise<File[]> {
   // Both lists are emptied as soon as the event is over, so they are read before anything is awaited.
   const files = [...transfer.files];
   const entries = [...transfer.items].map((item) => item.webkitGetAsEntry());
-  const folders = entries.filter((entry) => entry instanceof FileSystemDirectoryEntry);
+  const folders = entries.filter(isFolder);
   if (folders.length === 0) return files;
   const inFolders = await Promise.all(folders.map(filesIn));
   const loose = files.filter((file) => !folders.some((folder) => folder.name === file.name));
@@ -66,8 +66,17 @@ async function filesIn(folder: FileSystemDirectoryEntry): Promise<File[]> {
     });
     if (batch.length === 0) return files;
     for (const entry of batch) {
-      if (!(entry instanceof FileSystemFileEntry)) continue;
+      if (!isFile(entry)) continue;
       files.push(await new Promise<File>((resolve, reject) => entry.file(resolve, reject)));
     }
   }
+}
+
+// Not every browser has these classes as globals to compare with.
+function isFolder(entry: FileSystemEntry | null): entry is FileSystemDirectoryEntry {
+  return entry?.isDirectory === true;
+}
+
+function isFile(entry: FileSystemEntry): entry is FileSystemFileEntry {
+  return entry.isFile;
 }

@@ -6,13 +6,13 @@ export const stageWords: Readonly<Record<Stage, { name: string; doing: string }>
   input: { name: "Read", doing: "Reading the photos" },
   estimate: { name: "Fit", doing: "Fitting the geometry" },
   warp: { name: "Warp", doing: "Warping the target" },
+  measure: { name: "Measure", doing: "Measuring the overlap" },
   blend: { name: "Blend", doing: "Blending the photos" },
   fill: { name: "Fill", doing: "Filling the voids" },
-  measure: { name: "Measure", doing: "Measuring the overlap" },
 };
 
 /** In the order in which the pipeline runs them. */
-export const stages: readonly Stage[] = ["input", "estimate", "warp", "blend", "fill", "measure"];
+export const stages: readonly Stage[] = ["input", "estimate", "warp", "measure", "blend", "fill"];
 
 /** The four figures at the top: a value and a line under it. PSNR and SSIM never stand without coverage. */
 export function keyFigures({ report, quality }: StitchResult) {

@@ -69,7 +69,9 @@ function showPictures({ result, slots }: Outcome): void {
 function show(id: string, image: ImageData): void {
   const canvas = byId(id, HTMLCanvasElement);
   put(canvas, image);
-  canvas.parentElement?.style.setProperty("--ratio", String(image.width / image.height));
+  const fit = canvas.parentElement;
+  fit?.style.setProperty("--ratio", String(image.width / image.height));
+  fit?.classList.remove("empty");
 }
 
 function asImageData({ data, width, height }: ImageOutput): ImageData {
