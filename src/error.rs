@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::decimal::Decimal;
+
 /// A step of the pipeline, named in errors, in progress reports and in the table of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Stage {
@@ -44,7 +46,7 @@ impl fmt::Display for Stage {
 #[non_exhaustive]
 pub enum Error {
     /// An option or value outside its range.
-    #[error("{name} must be {expected}, got {value}")]
+    #[error("{name} must be {expected}, got {}", Decimal(*value, 6))]
     InvalidArgument {
         /// The option or argument, as JavaScript spells it.
         name: &'static str,
@@ -92,7 +94,7 @@ pub enum Error {
         needed: usize,
     },
     /// The matches do not determine a map (all in one point, or on one line).
-    #[error("the {matches} matches lie on one line or in one point (spread {spread:.3} px), which determines no map")]
+    #[error("the {matches} matches lie on one line or in one point (spread {} px), which determines no map", Decimal(*spread, 3))]
     DegenerateGeometry {
         /// Usable matches.
         matches: usize,

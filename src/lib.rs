@@ -11,6 +11,7 @@
 
 #[cfg(feature = "codecs")]
 pub mod codecs;
+mod decimal;
 pub mod error;
 pub mod geometry;
 pub mod image;

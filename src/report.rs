@@ -1,5 +1,7 @@
 //! What a person should know about a result that is not an error.
 
+use crate::decimal::Decimal;
+
 /// A remark on a result. The code is stable, the text is for people.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -70,15 +72,15 @@ impl Warning {
             }
             Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: look at the result closely."),
             Warning::LowInlierRatio { ratio } => {
-                format!("Only {:.0} % of the matches agree with the geometry: look at the result closely.", 100.0 * ratio)
+                format!("Only {} % of the matches agree with the geometry: look at the result closely.", Decimal(100.0 * ratio, 0))
             }
             Warning::ThresholdWidened { threshold } => {
-                format!("Too few matches agreed closely: the geometry was fitted with a tolerance of {threshold:.1} px.")
+                format!("Too few matches agreed closely: the geometry was fitted with a tolerance of {} px.", Decimal(*threshold, 1))
             }
             Warning::CanvasClipped => "Part of the warped target lies beyond the canvas limit and was cut off.".into(),
-            Warning::PoorAlignment { ssim } => format!("The photos hardly agree where they overlap (SSIM {ssim:.2})."),
+            Warning::PoorAlignment { ssim } => format!("The photos hardly agree where they overlap (SSIM {}).", Decimal(*ssim, 2)),
             Warning::SmallOverlap { coverage } => {
-                format!("The warped target covers only {:.0} % of the reference.", 100.0 * coverage)
+                format!("The warped target covers only {} % of the reference.", Decimal(100.0 * coverage, 1))
             }
         }
     }

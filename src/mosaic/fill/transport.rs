@@ -91,11 +91,15 @@ impl Transport {
         let count = window.cells.iter().filter(|&&cell| cell == Cell::Known).count();
         reserve(&mut known, 1 + count + voids)?;
         known.push(Known { colour: [0.0; 4], tensor: [0.0; 4] });
-        for cell in (0..window.cells.len()).filter(|&cell| window.cells[cell] == Cell::Known) {
-            if let Some(pixel) = window.pixel(cell, image) {
-                let [r, g, b] = [0, 1, 2].map(|c| f32::from(image.data[4 * pixel + c]));
-                index[cell] = known.len();
-                known.push(Known { colour: [r, g, b, 1.0], tensor: [0.0; 4] });
+        for (cells, pixels) in window.rows(image) {
+            let pixels = image.data[4 * pixels.start..4 * pixels.end].as_chunks().0;
+            for ((cell, index), &[r, g, b, _]) in window.cells[cells.clone()].iter().zip(&mut index[cells]).zip(pixels)
+            {
+                if *cell == Cell::Known {
+                    *index = known.len();
+                    let colour = [f32::from(r), f32::from(g), f32::from(b), 1.0];
+                    known.push(Known { colour, tensor: [0.0; 4] });
+                }
             }
         }
         for cell in (0..window.cells.len()).filter(|&cell| index[cell] != 0) {
@@ -124,10 +128,9 @@ impl Transport {
     /// Writes the filled pixels, which are the first of `order`, into the picture.
     pub fn paint(&self, order: &[usize], window: &Window, image: &mut Image) {
         for (&cell, Known { colour, .. }) in order.iter().zip(&self.known[self.filled..]) {
-            if let Some(pixel) = window.pixel(cell, image) {
-                let [r, g, b, _] = colour.map(|v| (v + 0.5) as u8);
-                image.data[4 * pixel..4 * pixel + 4].copy_from_slice(&[r, g, b, 255]);
-            }
+            let at = 4 * window.pixel(cell, image);
+            let [r, g, b, _] = colour.map(|v| (v + 0.5) as u8);
+            image.data[at..at + 4].copy_from_slice(&[r, g, b, 255]);
         }
     }
 

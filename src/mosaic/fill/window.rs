@@ -1,15 +1,19 @@
 //! The part of the picture that filling looks at.
 
+use std::ops::Range;
+
 use crate::image::zeroed;
 use crate::{Image, Mask, Result};
 
 /// What a pixel is to the filling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Cell {
-    /// Transparent, outside the picture, or too far from any void to matter.
+    /// Too far from any void to matter.
     #[default]
-    Nothing,
-    /// Valid, and within the radius of a void.
+    Far,
+    /// Within the radius of a void, but transparent or outside the picture.
+    Near,
+    /// Within the radius of a void, and valid.
     Known,
     /// To be filled.
     Void,
@@ -38,7 +42,12 @@ impl Window {
         for (y, row) in rows().enumerate() {
             for_each_run(row, |from, to| window.mark_near((from, y), to - from, radius));
         }
-        window.drop_transparent(image);
+        for (cells, pixels) in window.rows(image) {
+            let pixels = image.data[4 * pixels.start..4 * pixels.end].as_chunks::<4>().0;
+            for (cell, pixel) in window.cells[cells].iter_mut().zip(pixels) {
+                *cell = if *cell == Cell::Near && pixel[3] != 0 { Cell::Known } else { *cell };
+            }
+        }
         for (y, row) in rows().enumerate() {
             let at = (y + margin) * width + margin;
             for_each_run(row, |from, to| window.cells[at + from..at + to].fill(Cell::Void));
@@ -46,29 +55,30 @@ impl Window {
         Ok(Some(window))
     }
 
-    /// The pixel of the picture under a cell of the window, if there is one.
-    pub fn pixel(&self, cell: usize, image: &Image) -> Option<usize> {
-        let x = (cell % self.width + self.origin.0).checked_sub(self.margin)?;
-        let y = (cell / self.width + self.origin.1).checked_sub(self.margin)?;
-        (x < image.width && y < image.height).then(|| y * image.width + x)
+    /// The rows of the window that the picture is under: range of the cells, range of the pixels.
+    pub fn rows(&self, image: &Image) -> impl Iterator<Item = (Range<usize>, Range<usize>)> + use<> {
+        let Self { width, origin: (left, top), margin, .. } = *self;
+        let picture = image.width;
+        let (x0, y0) = (margin.saturating_sub(left), margin.saturating_sub(top));
+        let x1 = width.min(image.width + margin - left);
+        let y1 = (self.cells.len() / width).min(image.height + margin - top);
+        (y0..y1).map(move |y| {
+            let pixel = (y + top - margin) * picture + x0 + left - margin;
+            (y * width + x0..y * width + x1, pixel..pixel + x1 - x0)
+        })
+    }
+
+    /// The pixel of the picture under a cell that is not margin.
+    pub fn pixel(&self, cell: usize, image: &Image) -> usize {
+        let (x, y) = (cell % self.width, cell / self.width);
+        (y + self.origin.1 - self.margin) * image.width + x + self.origin.0 - self.margin
     }
 
     /// Marks all cells within the radius of a run of voids, given by its start in the voids' box and its length.
     fn mark_near(&mut self, (x, y): (usize, usize), length: usize, radius: usize) {
         for row in y + self.margin - radius..=y + self.margin + radius {
             let at = row * self.width + x + self.margin - radius;
-            self.cells[at..at + length + 2 * radius].fill(Cell::Known);
-        }
-    }
-
-    /// Takes the mark off again where there is no valid pixel.
-    fn drop_transparent(&mut self, image: &Image) {
-        for cell in 0..self.cells.len() {
-            if self.cells[cell] == Cell::Known
-                && self.pixel(cell, image).is_none_or(|pixel| image.data[4 * pixel + 3] == 0)
-            {
-                self.cells[cell] = Cell::Nothing;
-            }
+            self.cells[at..at + length + 2 * radius].fill(Cell::Near);
         }
     }
 }

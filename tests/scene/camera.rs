@@ -1,0 +1,59 @@
+//! The pinhole camera.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Where a camera stands and looks, and its focal length; size comes with rendering.
+#[derive(Debug, Clone, Copy)]
+pub struct Pose {
+    pub centre: Vector3<f64>,
+    /// To the right, in radians.
+    pub yaw: f64,
+    /// Upwards, in radians.
+    pub pitch: f64,
+    /// Clockwise as seen in the picture's scene, in radians.
+    pub roll: f64,
+    /// In picture widths.
+    pub focal: f64,
+}
+
+/// A pinhole camera: x ~ K R (X − C).
+#[derive(Debug, Clone, Copy)]
+pub struct Camera {
+    pub k: Matrix3<f64>,
+    /// World to camera.
+    pub r: Matrix3<f64>,
+    pub centre: Vector3<f64>,
+}
+
+impl Camera {
+    /// The camera at `pose` that takes pictures of `width`×`height` pixels, its principal point in the middle.
+    pub fn new(pose: &Pose, width: usize, height: usize) -> Self {
+        let f = pose.focal * width as f64;
+        let (cx, cy) = ((width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0);
+        let k = Matrix3::new(f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0);
+        let (s, c) = (libm::sin(pose.yaw), libm::cos(pose.yaw));
+        let yaw = Matrix3::new(c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c);
+        let (s, c) = (libm::sin(pose.pitch), libm::cos(pose.pitch));
+        let pitch = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, s, 0.0, -s, c);
+        let (s, c) = (libm::sin(pose.roll), libm::cos(pose.roll));
+        let roll = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+        Self { k, r: roll * pitch * yaw, centre: pose.centre }
+    }
+
+    /// Inverse of K.
+    pub fn k_inverse(&self) -> Matrix3<f64> {
+        let (f, cx, cy) = (self.k[(0, 0)], self.k[(0, 2)], self.k[(1, 2)]);
+        Matrix3::new(1.0 / f, 0.0, -cx / f, 0.0, 1.0 / f, -cy / f, 0.0, 0.0, 1.0)
+    }
+
+    /// World direction of the ray through (x, y), its component along the optical axis 1: the ray's parameter is depth.
+    pub fn direction(&self, x: f64, y: f64) -> Vector3<f64> {
+        self.r.transpose() * (self.k_inverse() * Vector3::new(x, y, 1.0))
+    }
+
+    /// Pixel and depth of a point of the world, or `None` behind the camera.
+    pub fn project(&self, point: Vector3<f64>) -> Option<([f64; 2], f64)> {
+        let p = self.k * (self.r * (point - self.centre));
+        (p.z > 0.0).then(|| ([p.x / p.z, p.y / p.z], p.z))
+    }
+}

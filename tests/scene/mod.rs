@@ -1,0 +1,21 @@
+//! A small ray-caster: two views of one scene with exact depth and the true map between them.
+//!
+//! World axes: x right, y down (up is −y), z forward; unit metre. The floor is y = 0. Everything is deterministic to
+//! the byte, natively and in wasm: no transcendental function but `libm`'s.
+#![allow(dead_code)] // each test uses its own part
+
+mod camera;
+mod gallery;
+mod noise;
+mod pair;
+mod presets;
+mod render;
+mod shape;
+mod texture;
+
+pub use camera::Camera;
+pub use gallery::gallery;
+pub use noise::Random;
+pub use pair::{MatchOptions, Pair, SampledMatches};
+pub use presets::{plane, rotation, textureless};
+pub use render::{Scene, View};

@@ -1,0 +1,47 @@
+//! Scenes with one property each.
+
+use nalgebra::Vector3;
+
+use super::camera::Pose;
+use super::render::Scene;
+use super::shape::Shape;
+use super::texture::Texture;
+
+type V = Vector3<f64>;
+
+fn sun() -> V {
+    V::new(-0.55, -0.65, -0.5)
+}
+
+fn poses(baseline: V) -> (Pose, Pose) {
+    let target = Pose { centre: V::new(-0.3, -1.5, 0.0), yaw: -0.12, pitch: 0.0, roll: 0.01, focal: 0.82 };
+    let reference = Pose { centre: target.centre + baseline, yaw: 0.1, pitch: 0.01, roll: -0.01, ..target };
+    (target, reference)
+}
+
+/// One wall and nothing else: the map is a homography although the cameras moved.
+pub fn plane() -> Scene {
+    let (target, reference) = poses(V::new(0.6, 0.0, 0.15));
+    let mut scene = Scene::new(target, reference, sun(), 200.0);
+    let wall = Shape::Backdrop { z: 5.0, skyline: |_| f64::NEG_INFINITY };
+    scene.add(vec![vec![(wall, Texture::Patches { size: 0.4 })]]);
+    scene
+}
+
+/// The gallery from one place: the cameras only turn.
+pub fn rotation() -> Scene {
+    let mut scene = super::gallery();
+    scene.reference.centre = scene.target.centre;
+    scene
+}
+
+/// Near and far things without anything a detector could hold on to.
+pub fn textureless() -> Scene {
+    let (target, reference) = poses(V::new(0.6, 0.0, 0.15));
+    let mut scene = Scene::new(target, reference, sun(), 200.0);
+    let wall = Shape::Backdrop { z: 12.0, skyline: |_| f64::NEG_INFINITY };
+    scene.add(vec![vec![(wall, Texture::Faint)]]);
+    let ball = Shape::Ellipsoid { centre: V::new(0.2, -1.5, 5.0), radii: V::repeat(0.9) };
+    scene.add(vec![vec![(ball, Texture::Faint)]]);
+    scene
+}
