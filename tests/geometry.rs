@@ -457,3 +457,34 @@ fn stops_when_told() {
         assert_eq!(result, Err(Error::Aborted));
     }
 }
+
+/// The recorded value is compared natively and in wasm: the same bytes on both.
+#[test]
+fn same_bits_natively_and_in_wasm() {
+    let truth = Model {
+        h: Matrix3::new(1.02, 0.03, -6.0, -0.02, 0.98, 4.0, 1e-5, -2e-5, 1.0),
+        e: Vector3::new(40.0, -15.0, 0.05),
+    };
+    let mut noise = Noise(71);
+    let (mut depth, mut matches) = (vec![0.0f32; WIDTH * HEIGHT], Vec::new());
+    depth.iter_mut().for_each(|d| *d = (0.5 + 0.4 * noise.even()) as f32);
+    for i in 0..200 {
+        let (x, y) = ((20 + 14 * (i % 20)) as f64, (15 + 20 * (i / 20)) as f64);
+        let d = f64::from(depth[y as usize * WIDTH + x as usize]);
+        let [u, v] = truth.project(x, y, d).unwrap();
+        let far = if i % 4 == 0 { 30.0 } else { 0.3 };
+        matches.push(Match { target: [x, y], reference: [u + far * noise.even(), v + far * noise.even()] });
+    }
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for robust_fit in [RobustFit::Depth, RobustFit::Homography, RobustFit::MultiHomography] {
+        for options in both_thresholds() {
+            let found = fit(&matches, Some([&depth, &depth]), &EstimateOptions { robust_fit, ..options }).unwrap();
+            for model in [found.forward, found.reverse] {
+                for value in model.h.iter().chain(model.e.iter()) {
+                    hash = (hash ^ value.to_bits()).wrapping_mul(0x100_0000_01b3);
+                }
+            }
+        }
+    }
+    assert_eq!(hash, 7_510_398_846_139_845_182);
+}

@@ -24,36 +24,44 @@ impl Consensus {
     }
 }
 
-/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 without.
-pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = sampled::<D>(points, search, sampler)?;
+/// Random search, D = 4 with depth, 3 for a homography; the inliers are those at the narrowest threshold.
+pub(super) fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
+    let threshold = search.scales.narrowest();
+    let inliers = inliers_of(points, &found.projection, threshold);
+    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
+}
+
+/// One refinement on the inliers of a search: the paper's algorithm 1.
+pub(super) fn published<const D: usize>(points: &Points, found: Consensus) -> Option<Consensus> {
     let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
     Some(Consensus { projection, ..found })
 }
 
-/// Random search at all scales, then down to the narrowest.
+/// From what a search at all scales found down to the narrowest.
 ///
 /// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not
 /// let wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three
 /// quarters of what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller
 /// hoped.
-pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let scales = &search.scales;
-    let found = sampled::<D>(points, search, sampler)?;
-    let wide = settled::<D>(points, found.projection, scales.widest())?;
-    let mut best: Option<(f64, Consensus)> = None;
-    let steps = descent::<D>(points, wide.projection, scales.widest(), scales.narrowest());
+pub(super) fn narrowed<const D: usize>(points: &Points, scales: &Scales, found: Consensus) -> Option<Consensus> {
+    let wide = count(&inliers_of(points, &found.projection, scales.widest()));
+    let steps = descent::<D>(points, found.projection, scales.widest(), scales.narrowest());
     let at_once = settled::<D>(points, found.projection, scales.narrowest());
-    for candidate in [steps, at_once].into_iter().flatten() {
-        let cost = scales.cost(points, &candidate.projection, f64::INFINITY);
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, candidate));
+    let cost = |c: &Consensus| scales.cost(points, &c.projection, f64::INFINITY);
+    let mut chosen = match (steps, at_once) {
+        (Some(a), Some(b)) => {
+            if cost(&a) <= cost(&b) {
+                a
+            } else {
+                b
+            }
         }
-    }
-    let mut chosen = best.map_or_else(|| wide.clone(), |(_, candidate)| candidate);
-    while 4 * chosen.count() < 3 * wide.count() && chosen.threshold < scales.widest() {
+        (a, b) => a.or(b)?,
+    };
+    while 4 * chosen.count() < 3 * wide && chosen.threshold < scales.widest() {
         let threshold = (chosen.threshold / STEP).min(scales.widest());
-        chosen = descent::<D>(points, wide.projection, scales.widest(), threshold).unwrap_or_else(|| wide.clone());
+        chosen = descent::<D>(points, found.projection, scales.widest(), threshold)?;
     }
     Some(Consensus { trials: found.trials, ..polished::<D>(points, chosen)? })
 }
@@ -76,22 +84,15 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
 }
 
 /// Where least squares stop on the way and at the end.
-const COARSE: f64 = 1e-4;
+const COARSE: f64 = 1e-3;
 pub(super) const FINE: f64 = 1e-10;
 
 /// Factor from one threshold to the next narrower.
 const STEP: f64 = 0.6;
 
-fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
-    let threshold = search.scales.narrowest();
-    let inliers = inliers_of(points, &found.projection, threshold);
-    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
-}
-
 /// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
 fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
-    let mut threshold = from * STEP;
+    let mut threshold = from;
     while threshold > to {
         projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE)?;
         threshold *= STEP;

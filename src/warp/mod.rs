@@ -5,6 +5,7 @@ mod forward;
 mod grid;
 mod holes;
 mod raster;
+mod raster4;
 mod render;
 mod sample;
 
