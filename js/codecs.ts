@@ -4,13 +4,12 @@
  */
 import * as check from "./check.js";
 import { instance } from "./instance.js";
-import { compiler, type WasmSource } from "./load.js";
-import type { ImageInput, ImageOutput } from "./types.js";
+import { compiler } from "./load.js";
+import type { ImageInput, ImageOutput, WasmSource } from "./types.js";
 import * as glue from "./wasm/codecs.js";
 
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
-export type { ImageInput, ImageOutput } from "./types.js";
-export type { WasmSource } from "./load.js";
+export type { ImageInput, ImageOutput, WasmSource } from "./types.js";
 
 /** Larger pictures are refused before they are decoded, unless the caller says otherwise. */
 export const MAX_PIXELS = 100_000_000;

@@ -9,7 +9,7 @@ import * as check from "./check.js";
 import { core, run } from "./core.js";
 import { abortError, type StitchError } from "./errors.js";
 import { runInWorker } from "./host.js";
-import { compiler, type WasmSource } from "./load.js";
+import { compiler } from "./load.js";
 import { own } from "./own.js";
 import type {
   CallOptions,
@@ -28,10 +28,10 @@ import type {
   StitchResult,
   Warped,
   WarpOptions,
+  WasmSource,
 } from "./types.js";
 
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
-export type { WasmSource } from "./load.js";
 export type * from "./types.js";
 
 const compile = compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url));

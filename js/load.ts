@@ -1,8 +1,6 @@
 import { compile } from "#platform";
 import { StitchError } from "./errors.js";
-
-/** Where a wasm file is, for bundlers that cannot say: its address, or its bytes. */
-export type WasmSource = string | URL | ArrayBuffer | Uint8Array<ArrayBuffer>;
+import type { WasmSource } from "./types.js";
 
 /** Compiles a wasm file. The first call decides from where; later ones get the same module, unless it failed. */
 export type Compile = (source?: WasmSource) => Promise<WebAssembly.Module>;

@@ -22,6 +22,9 @@ export type {
   Warped,
 } from "./wasm/types.js";
 
+/** Where a wasm file is, for bundlers that cannot say: its address, or its bytes. */
+export type WasmSource = string | URL | ArrayBuffer | Uint8Array<ArrayBuffer>;
+
 /** How far a call has come. */
 export interface Progress {
   stage: Stage;

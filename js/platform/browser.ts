@@ -1,5 +1,5 @@
+import type { WasmSource } from "../types.js";
 import type { Reply, Request } from "../worker/serve.js";
-import type { WasmSource } from "../load.js";
 
 /** A running worker, seen from outside. */
 export interface Port {

@@ -1,7 +1,7 @@
 import { readFile } from "node:fs/promises";
 import { Worker } from "node:worker_threads";
+import type { WasmSource } from "../types.js";
 import type { Reply } from "../worker/serve.js";
-import type { WasmSource } from "../load.js";
 import { compile as compileFetched, type Port } from "./browser.js";
 
 export type { Port } from "./browser.js";

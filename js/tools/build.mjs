@@ -1,14 +1,6 @@
 // Builds dist/: the two wasm modules, then TypeScript. Steps whose inputs have not changed are skipped.
 import { createHash } from "node:crypto";
-import {
-  cpSync,
-  existsSync,
-  mkdirSync,
-  readFileSync,
-  rmSync,
-  statSync,
-  writeFileSync,
-} from "node:fs";
+import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { bin, cargoEnv, isMain, npmBin, output, root, run, toolsDir } from "./shared.mjs";
 
@@ -27,7 +19,14 @@ const wasmFeatures = [
   "--enable-multivalue",
 ];
 
-/** name: of the output files; cargo: which features; opt: speed for the core, size for the codecs. */
+/**
+ * @typedef {object} WasmModule
+ * @property {string} name of the output files
+ * @property {string[]} cargo which features
+ * @property {string[]} opt speed for the core, size for the codecs
+ */
+
+/** @type {WasmModule[]} */
 const modules = [
   { name: "depthstitch", cargo: [], opt: ["-O3"] },
   { name: "codecs", cargo: ["--no-default-features", "--features", "codecs"], opt: ["-Oz"] },
@@ -62,7 +61,14 @@ export function setup() {
   ]);
 }
 
-/** Whether `outputs` were made from exactly these inputs; if not, `make` makes them. */
+/**
+ * Has `make` make `outputs` unless they are there and were made from exactly these inputs.
+ *
+ * @param {string} name
+ * @param {(string | Buffer)[]} inputs
+ * @param {string[]} outputs
+ * @param {() => void} make
+ */
 function unlessFresh(name, inputs, outputs, make) {
   const hash = createHash("sha256");
   for (const input of inputs) hash.update(input).update("\0");
@@ -77,6 +83,7 @@ function unlessFresh(name, inputs, outputs, make) {
   writeFileSync(stamp, digest);
 }
 
+/** @param {WasmModule} module */
 function buildWasm({ name, cargo, opt }) {
   run("cargo", ["build", "--release", "--lib", "--target", "wasm32-unknown-unknown", ...cargo], {
     env: cargoEnv,

@@ -8,10 +8,16 @@ export const root = resolve(dirname(fileURLToPath(import.meta.url)), "..", "..")
 export const toolsDir = join(root, "target", "tools");
 const exe = process.platform === "win32" ? ".exe" : "";
 
-/** Path of a tool that `setup` installs. */
+/** Path of a tool that `setup` installs. @param {string} name */
 export const bin = (name) => join(toolsDir, "bin", name + exe);
 
-/** Path of the script behind a command of an npm package, to be run by node. */
+/**
+ * Path of the script behind a command of an npm package, to be run by node.
+ *
+ * @param {string} name
+ * @param {string} command
+ * @returns {string}
+ */
 export function npmBin(name, command) {
   const folder = join(root, "node_modules", name);
   const { bin } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
@@ -24,11 +30,17 @@ export const cargoEnv = {
   CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bin("wasm-bindgen-test-runner"),
 };
 
-/** Runs a command in the root of the repository, its output shown, and throws if it fails. */
-export function run(command, args, { env = {}, cwd = root } = {}) {
+/**
+ * Runs a command in the root of the repository, its output shown, and throws if it fails.
+ *
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: Record<string, string> }} [options]
+ */
+export function run(command, args, { env = {} } = {}) {
   console.log(`$ ${[command, ...args].join(" ").replaceAll(root, ".")}`);
   const { status, signal, error } = spawnSync(command, args, {
-    cwd,
+    cwd: root,
     env: { ...process.env, ...env },
     stdio: ["ignore", "inherit", "inherit"],
   });
@@ -36,7 +48,7 @@ export function run(command, args, { env = {}, cwd = root } = {}) {
   if (status !== 0) throw new Error(`${command} ended with ${signal ?? `status ${status}`}`);
 }
 
-/** What a command prints. */
+/** What a command prints. @param {string} command @param {string[]} args */
 export function output(command, args) {
   const { status, stdout, error } = spawnSync(command, args, {
     cwd: root,
@@ -48,10 +60,10 @@ export function output(command, args) {
   return stdout;
 }
 
-/** Runs npm, which is a script of its own on Windows. */
-export function npm(args, options) {
-  if (process.env.npm_execpath) run(process.execPath, [process.env.npm_execpath, ...args], options);
-  else run("npm", args, options);
+/** Runs npm, whose command is no program on Windows. @param {string[]} args */
+export function npm(args) {
+  if (process.env.npm_execpath) run(process.execPath, [process.env.npm_execpath, ...args]);
+  else run("npm", args);
 }
 
 /** Installs the packages of package-lock.json unless they are there. */
@@ -62,8 +74,9 @@ export function installPackages() {
   }
 }
 
-/** Names and versions in a lock file, those of other platforms left out. */
+/** Names and versions in a lock file, those of other platforms left out. @param {string} file */
 function lockOf(file) {
+  /** @type {{ packages: Record<string, { version: string, optional?: boolean }> }} */
   const { packages } = JSON.parse(readFileSync(file, "utf8"));
   return Object.entries(packages)
     .filter(([path, { optional }]) => path !== "" && !optional)
@@ -72,5 +85,5 @@ function lockOf(file) {
     .join("\n");
 }
 
-/** Whether a module is the script that node was started with. */
+/** Whether a module is the script that node was started with. @param {string} url */
 export const isMain = (url) => url === pathToFileURL(process.argv[1] ?? "").href;

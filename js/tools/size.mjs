@@ -28,6 +28,7 @@ export async function checkSize() {
   if (failures.length > 0) throw new Error(failures.join("; "));
 }
 
+/** @param {number} bytes */
 const kib = (bytes) => `${(bytes / 1024).toFixed(1)} KB`;
 
 if (isMain(import.meta.url)) await checkSize();

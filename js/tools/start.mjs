@@ -24,11 +24,12 @@ function canShow() {
   return Boolean(process.env.DISPLAY || process.env.WAYLAND_DISPLAY);
 }
 
-/** Shows the page in the person's own browser; where that fails, the printed address will do. */
+/** Shows the page in the person's own browser; where that fails, the printed address will do. @param {string} url */
 function open(url) {
-  const commands = { darwin: ["open", url], win32: ["cmd", "/c", "start", "", url] };
-  const [command, ...args] = commands[process.platform] ?? ["xdg-open", url];
-  const opener = spawn(command, args, { stdio: "ignore", detached: true });
+  /** @type {Partial<Record<NodeJS.Platform, string[]>>} */
+  const commands = { darwin: ["open"], win32: ["cmd", "/c", "start", ""] };
+  const [command = "xdg-open", ...args] = commands[process.platform] ?? [];
+  const opener = spawn(command, [...args, url], { stdio: "ignore", detached: true });
   opener.on("error", () => console.log("Open it in a browser."));
   opener.unref();
 }

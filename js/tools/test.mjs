@@ -1,23 +1,26 @@
 // `npm test`: every test of the repository, group by group. `npm test -- rust node` runs only those two.
-import { existsSync, readdirSync } from "node:fs";
+import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { build, setup } from "./build.mjs";
 import { renderSample } from "./sample.mjs";
 import { cargoEnv, installPackages, root, run } from "./shared.mjs";
 
-/** Each group: what has to be there first, and the commands. */
+/** @type {Record<string, { needs: (() => void)[], tests: (() => void)[] }>} what has to be there first, and the tests */
 const groups = {
-  rust: { needs: [setup], tests: [() => cargoTest(), () => cargoTest("--features", "codecs")] },
+  rust: { needs: [setup], tests: [() => cargoTest()] },
   wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
   node: { needs: [build, smallSample], tests: [() => nodeTest("node")] },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
   browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
 };
 
+/** @param {string[]} args */
 function cargoTest(...args) {
-  run("cargo", ["test", ...args], { env: cargoEnv });
+  // The core is on by default: with the codecs it is everything there is.
+  run("cargo", ["test", "--features", "codecs", ...args], { env: cargoEnv });
 }
 
+/** @param {string} folder */
 function nodeTest(folder) {
   const tests = readdirSync(join(root, "tests", folder)).filter((file) =>
     /\.test\.m?[jt]s$/.test(file),
@@ -39,6 +42,7 @@ if (unknown.length > 0) {
   process.exit(2);
 }
 
+/** @type {{ name: string, passed: boolean, ms: number }[]} */
 const summary = [];
 installPackages();
 const done = new Set();
@@ -53,14 +57,15 @@ for (const [name, { needs, tests }] of Object.entries(groups)) {
     }
     for (const test of tests) test();
   } catch (error) {
-    summary.push([name, "FAILED", Date.now() - start]);
+    summary.push({ name, passed: false, ms: Date.now() - start });
     console.error(String(error));
     break;
   }
-  summary.push([name, "passed", Date.now() - start]);
+  summary.push({ name, passed: true, ms: Date.now() - start });
 }
 
 console.log("\n== summary");
-for (const [name, outcome, ms] of summary)
-  console.log(`${name}: ${outcome} in ${(ms / 1000).toFixed(1)} s`);
-if (summary.some(([, outcome]) => outcome === "FAILED")) process.exit(1);
+for (const { name, passed, ms } of summary) {
+  console.log(`${name}: ${passed ? "passed" : "FAILED"} in ${(ms / 1000).toFixed(1)} s`);
+}
+if (summary.some(({ passed }) => !passed)) process.exit(1);

@@ -77,6 +77,7 @@ fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<
 ///
 /// # Errors
 /// `invalid-argument` for anything else, `out-of-memory`.
+#[cfg(feature = "codecs")]
 pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u8>> {
     let expected = "a Uint8Array";
     copy(&byte_view(value).ok_or(Error::InvalidArgument { name, expected, value: f64::NAN })?)

@@ -1,0 +1,146 @@
+// Whatever is wrong with the input comes out as a StitchError that names it.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { estimate, fill, stitch, StitchError, warp } from "depthstitch";
+import { rejection, sample } from "./sample.mjs";
+
+const { target, reference, inputs } = await sample();
+const { width, height } = reference;
+
+/** @param {object} wrong */
+const withWrong = (wrong) =>
+  rejection(stitch(target, reference, /** @type {any} */ ({ ...inputs, ...wrong })));
+
+/** @param {unknown} image */
+const withTarget = (image) =>
+  rejection(stitch(/** @type {any} */ (image), reference, { ...inputs }));
+
+test("a StitchError is an Error with code, stage and details", async () => {
+  const error = await withWrong({ matches: new Float32Array(12) });
+  assert.ok(error instanceof Error && error instanceof StitchError);
+  assert.equal(error.name, "StitchError");
+  assert.equal(error.code, "too-few-matches");
+  assert.equal(error.stage, "estimate");
+  assert.equal(error.details.matches, 3);
+  assert.match(error.message, /3/);
+});
+
+test("wrong types", async () => {
+  const wrong = [
+    [{ matches: [1, 2, 3, 4] }, /matches must be a Float32Array, got Array/],
+    [{ matches: undefined }, /matches/],
+    [{ targetDepth: { ...inputs.targetDepth, kind: "disparity" } }, /kind/],
+    [{ targetDepth: { ...inputs.targetDepth, data: [1] } }, /targetDepth.data/],
+    [{ targetDepth: null }, /targetDepth/],
+    [{ seed: "1" }, /seed/],
+    [{ seed: {} }, /seed/],
+    [{ seed: () => 1 }, /seed/],
+    [{ signal: {} }, /signal/],
+    [{ onProgress: 1 }, /onProgress/],
+    [{ worker: "no" }, /worker/],
+    [{ robustFit: "best" }, /robustFit/],
+    [{ treshold: 3 }, /treshold/],
+  ];
+  for (const [options, message] of wrong) {
+    const error = await withWrong(/** @type {object} */ (options));
+    assert.equal(error.code, "invalid-argument", JSON.stringify(options));
+    assert.match(error.message, /** @type {RegExp} */ (message));
+  }
+  for (const image of [
+    null,
+    undefined,
+    3,
+    "photo.jpg",
+    [],
+    { data: [1, 2], width: 1, height: 1 },
+  ]) {
+    const error = await withTarget(image);
+    assert.equal(error.code, "invalid-argument");
+    assert.match(error.message, /^target/);
+  }
+});
+
+test("numbers out of range", async () => {
+  for (const side of [NaN, -1, 0, 1.5, Infinity, 2 ** 32]) {
+    const error = await withTarget({ ...target, width: side });
+    assert.equal(error.code, "invalid-argument", `width ${side}`);
+    assert.ok(Object.is(error.details.value, side), `width ${side}`);
+  }
+  for (const options of [
+    { seed: -1 },
+    { seed: NaN },
+    { confidence: 2 },
+    { threshold: 0 },
+    { fillRadius: 1e9 },
+  ]) {
+    const error = await withWrong(options);
+    assert.equal(error.code, "invalid-argument");
+    for (const [name, value] of Object.entries(options)) {
+      assert.match(error.message, new RegExp(name));
+      assert.ok(Object.is(error.details.value, value));
+    }
+  }
+});
+
+test("buffers of the wrong length", async () => {
+  const short = await withTarget({ ...target, data: target.data.slice(4) });
+  assert.equal(short.code, "size-mismatch");
+  assert.equal(short.details.expected, target.data.length);
+  assert.equal(short.details.actual, target.data.length - 4);
+
+  const { targetDepth } = inputs;
+  const depth = await withWrong({
+    targetDepth: { ...targetDepth, height: targetDepth.height + 1 },
+  });
+  assert.equal(depth.code, "size-mismatch");
+  assert.equal(depth.details.actual, targetDepth.data.length);
+
+  const odd = await withWrong({ matches: inputs.matches.slice(1) });
+  assert.equal(odd.code, "size-mismatch");
+
+  const mask = { data: new Uint8Array(3), width, height };
+  assert.equal((await rejection(fill(reference, mask))).code, "size-mismatch");
+
+  const model = { h: new Float64Array(8), e: new Float64Array(3) };
+  const geometry = { forward: model, reverse: model };
+  assert.equal((await rejection(warp(target, reference, geometry, inputs))).code, "size-mismatch");
+});
+
+test("matches that determine nothing", async () => {
+  const none = await withWrong({ matches: new Float32Array(0) });
+  assert.equal(none.code, "too-few-matches");
+
+  const line = Float32Array.from({ length: 160 }, (_, i) => 5 + Math.floor(i / 4));
+  const degenerate = await withWrong({ matches: line });
+  assert.equal(degenerate.code, "degenerate-geometry");
+
+  let state = 1;
+  const random = () => (state = (state * 48271) % 2147483647) / 2147483647;
+  const sides = [target.width, target.height, width, height];
+  const noise = Float32Array.from(Array(100).fill(sides).flat(), (side) => random() * side - 0.5);
+  const lost = await withWrong({ matches: noise });
+  assert.equal(lost.code, "no-consensus");
+  assert.ok((lost.details.inliers ?? NaN) < (lost.details.needed ?? NaN));
+});
+
+test("a job above the memory limit is refused with its size", async () => {
+  const error = await withWrong({ maxBytes: 100_000 });
+  assert.equal(error.code, "too-large");
+  assert.equal(error.details.limit, 100_000);
+  assert.ok((error.details.bytes ?? 0) > 100_000);
+  const huge = { width: 100_000, height: 100_000 };
+  const { matches } = inputs;
+  const refused = await rejection(estimate({ targetSize: huge, referenceSize: huge, matches }));
+  assert.equal(refused.code, "too-large");
+});
+
+test("without a worker errors are the same", async () => {
+  for (const wrong of [{ matches: new Float32Array(12) }, { seed: -1 }, { maxBytes: 100_000 }]) {
+    const there = await withWrong(wrong);
+    const here = await withWrong({ ...wrong, worker: false });
+    const parts = (/** @type {StitchError} */ { code, stage, details, message, name }) => ({
+      ...{ code, stage, details, message, name },
+    });
+    assert.deepEqual(parts(here), parts(there));
+  }
+});

@@ -1,0 +1,187 @@
+// The package as its users get it: packed, installed into an empty project, and used from there.
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { cpSync, existsSync, rmSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { before, test } from "node:test";
+import { build, createServer, preview } from "vite";
+import webpack from "webpack";
+import { launch } from "../../js/tools/chromium.mjs";
+import { npmBin, root } from "../../js/tools/shared.mjs";
+
+const folder = join(root, "target", "packaging");
+const consumer = join(folder, "consumer");
+const web = join(consumer, "web");
+
+/** Runs a program in `cwd`; its output. @param {string[]} args */
+function run(command = "", args = [""], cwd = consumer) {
+  // npm's settings for this repository are not the consumer's.
+  const env = Object.entries(process.env).filter(([name]) => !/^npm_/i.test(name));
+  const { status, stdout, stderr, error } = spawnSync(command, args, {
+    cwd,
+    encoding: "utf8",
+    env: Object.fromEntries(env),
+    shell: process.platform === "win32",
+  });
+  assert.ok(!error && status === 0, `${command} ${args.join(" ")}: ${error ?? stdout + stderr}`);
+  return stdout;
+}
+
+/** What the consumer's Node program makes of the sample. */
+let expected = "";
+
+before(() => {
+  rmSync(folder, { recursive: true, force: true });
+  cpSync(join(root, "tests", "packaging", "consumer"), consumer, { recursive: true });
+  cpSync(join(root, "target", "sample-small"), join(web, "public"), { recursive: true });
+  const [packed] = JSON.parse(
+    run("npm", ["pack", "--json", "--ignore-scripts", "--pack-destination", folder], root),
+  );
+  run("npm", ["install", "--offline", "--no-audit", "--no-fund", join(folder, packed.filename)]);
+  expected = run(process.execPath, ["node.mjs"]).trim();
+});
+
+test("the package holds what is needed and nothing else", () => {
+  const files = run("npm", ["ls", "--all", "--parseable"]).trim().split("\n");
+  assert.equal(files.length, 2, "the package has no dependencies");
+  const installed = join(consumer, "node_modules", "depthstitch");
+  for (const file of [
+    "index.js",
+    "codecs.js",
+    "worker/browser.js",
+    "worker/node.js",
+    "cli/main.js",
+  ]) {
+    assert.ok(existsSync(join(installed, "dist", file)), file);
+  }
+  for (const file of ["src", "js", "tests", "dist/eval", "dist/bench"]) {
+    assert.ok(!existsSync(join(installed, file)), file);
+  }
+});
+
+test("it works in Node", () => {
+  assert.match(expected, /^[0-9a-f]{64}$/);
+});
+
+test("the wasm files can be named", () => {
+  const program = `
+    import { readFileSync } from "node:fs";
+    import { fileURLToPath } from "node:url";
+    for (const name of ["depthstitch", "codecs"]) {
+      const url = import.meta.resolve("depthstitch/" + name + ".wasm");
+      console.log(WebAssembly.validate(readFileSync(fileURLToPath(url))));
+    }`;
+  assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\n");
+});
+
+test("the command line starts", () => {
+  assert.match(run("npm", ["exec", "--no", "--", "depthstitch", "--help"]), /depthstitch/);
+});
+
+for (const [name, options] of Object.entries({
+  "a bundler's project": {
+    module: "ESNext",
+    moduleResolution: "bundler",
+    lib: ["ES2022", "DOM"],
+    types: [],
+  },
+  "a Node project": { module: "NodeNext", lib: ["ES2022"], types: ["node"] },
+})) {
+  test(`its types are sound in ${name}`, () => {
+    const compilerOptions = {
+      ...options,
+      target: "ES2022",
+      strict: true,
+      noUncheckedIndexedAccess: true,
+      exactOptionalPropertyTypes: true,
+      skipLibCheck: false,
+      noEmit: true,
+      typeRoots: [join(root, "node_modules", "@types")],
+    };
+    const config = join(consumer, "tsconfig.json");
+    writeFileSync(config, JSON.stringify({ compilerOptions, files: ["types.ts"] }));
+    run(process.execPath, [npmBin("typescript", "tsc"), "-p", config]);
+  });
+}
+
+/** What the page at `url` makes of the sample, in Chromium. @param {string | undefined} url */
+async function inChromium(url) {
+  assert.ok(url);
+  const browser = await launch();
+  try {
+    const page = await browser.newPage();
+    let workers = 0;
+    page.on("worker", () => (workers += 1));
+    await page.goto(url);
+    await page.waitForFunction(() => document.title !== "consumer", undefined, { timeout: 60_000 });
+    return { digest: await page.title(), workers };
+  } finally {
+    await browser.close();
+  }
+}
+
+test("a Vite build stitches in a Web Worker, to the bytes of Node", async () => {
+  const config = {
+    root: web,
+    configFile: /** @type {const} */ (false),
+    logLevel: /** @type {const} */ ("warn"),
+  };
+  await build({ ...config, build: { target: "es2022" } });
+  const server = await preview({ ...config, preview: { port: 0 } });
+  try {
+    const result = await inChromium(server.resolvedUrls?.local[0]);
+    assert.deepEqual(result, { digest: expected, workers: 1 });
+  } finally {
+    await server.close();
+  }
+});
+
+test("so does a webpack build", async () => {
+  const out = join(web, "webpack");
+  /** @type {import("webpack").Stats | undefined} */
+  const stats = await new Promise((resolve, reject) =>
+    webpack(
+      {
+        mode: "production",
+        context: web,
+        entry: "./main.mjs",
+        output: { path: out },
+        performance: false,
+      },
+      (error, done) => (error ? reject(error) : resolve(done)),
+    ),
+  );
+  assert.ok(stats && !stats.hasErrors() && !stats.hasWarnings(), stats?.toString());
+  cpSync(join(web, "public"), out, { recursive: true });
+  const page = '<!doctype html><title>consumer</title><script src="main.js"></script>';
+  writeFileSync(join(out, "index.html"), page);
+  const server = await preview({
+    root: web,
+    configFile: false,
+    build: { outDir: out },
+    preview: { port: 0 },
+  });
+  try {
+    const result = await inChromium(server.resolvedUrls?.local[0]);
+    assert.deepEqual(result, { digest: expected, workers: 1 });
+  } finally {
+    await server.close();
+  }
+});
+
+test("so does Vite's development server", async () => {
+  const server = await createServer({
+    root: web,
+    configFile: false,
+    logLevel: "warn",
+    server: { port: 0, fs: { allow: [consumer] } },
+    optimizeDeps: { exclude: ["depthstitch"] },
+  });
+  try {
+    await server.listen();
+    const result = await inChromium(server.resolvedUrls?.local[0]);
+    assert.deepEqual(result, { digest: expected, workers: 1 });
+  } finally {
+    await server.close();
+  }
+});

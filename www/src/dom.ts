@@ -1,0 +1,58 @@
+/** The element with this id, which the page has by construction; its class is checked once, here. */
+export function byId<T extends HTMLElement>(id: string, kind: new () => T): T {
+  return checked(document.getElementById(id), kind, `#${id}`);
+}
+
+/** The first match of `selector` below `parent`. */
+export function find<T extends HTMLElement>(
+  parent: ParentNode,
+  selector: string,
+  kind: new () => T,
+): T {
+  return checked(parent.querySelector(selector), kind, selector);
+}
+
+function checked<T extends HTMLElement>(
+  element: Element | null,
+  kind: new () => T,
+  name: string,
+): T {
+  if (element instanceof kind) return element;
+  throw new Error(`the page has no ${kind.name} ${name}`);
+}
+
+/** A new element with its text and attributes. */
+export function make<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  attributes: Readonly<Record<string, string>> = {},
+  ...children: readonly (Node | string)[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/** A button that cannot be used now stays in the tab order and keeps its place and the focus. */
+export function setEnabled(button: HTMLButtonElement, enabled: boolean): void {
+  button.setAttribute("aria-disabled", String(!enabled));
+}
+
+/** Calls `action` on clicks while the button is enabled. */
+export function onClick(button: HTMLButtonElement, action: () => void): void {
+  button.addEventListener("click", () => {
+    if (button.getAttribute("aria-disabled") !== "true") action();
+  });
+}
+
+export function context2d(
+  canvas: HTMLCanvasElement,
+  settings?: CanvasRenderingContext2DSettings,
+): CanvasRenderingContext2D {
+  const context = canvas.getContext("2d", settings);
+  // Browsers return null when a canvas is larger than they can hold.
+  if (!context) {
+    throw new Error(`This browser cannot draw ${canvas.width} × ${canvas.height} pixels.`);
+  }
+  return context;
+}
