@@ -132,7 +132,11 @@ export class InputLoader {
       });
     } else if (left.length > 0) {
       this.#store.set({
-        message: { tone: "note", title: "Some files were not needed.", advice: `Left out: ${names}.` },
+        message: {
+          tone: "note",
+          title: "Some files were not needed.",
+          advice: `Left out: ${names}.`,
+        },
       });
     }
   }
@@ -168,7 +172,9 @@ async function fetchFile(folder: URL, name: string): Promise<File> {
 
 function unusable(error: unknown, title: string) {
   const advice =
-    error instanceof UnusableFile ? error.message : "Check the connection, or choose photos of your own.";
+    error instanceof UnusableFile
+      ? error.message
+      : "Check the connection, or choose photos of your own.";
   return { tone: "error", title, advice } as const;
 }
 
