@@ -56,6 +56,8 @@ test("takes photos, depth maps and matches by button", async () => {
   await settled(page);
   assert.equal(await said(page, "target", "file"), "left.jpg");
   assert.equal(await said(page, "matches", "size"), "", "the sample's matches are not the user's");
+  assert.ok(await page.isChecked('input[name="depth-kind"][value="inverse"]'));
+  assert.equal(await page.inputValue("#depth-invalid"), "", "nor is what its depth values mean");
 
   await page.locator("#run").click();
   assert.match((await message(page)) ?? "", /matches file is needed.*xt,yt,xr,yr/);
