@@ -144,22 +144,26 @@ impl Raw {
     fn decode(bytes: &[u8], max_pixels: u64, bytes_per_pixel: u64) -> Result<Self> {
         let failed = |reason: String| Error::DecodeFailed { bytes: bytes.len() as u64, reason };
         let broken = |error: ImageError| failed(error.to_string());
+        let predict = |(w, h): (u32, u32)| (u64::from(w) * u64::from(h)).saturating_mul(bytes_per_pixel);
         let check_size = |(width, height): (u32, u32)| {
-            let pixels = u64::from(width) * u64::from(height);
-            let (width, height) = (width.into(), height.into());
-            let predicted = pixels.saturating_mul(bytes_per_pixel);
+            if u64::from(width) * u64::from(height) <= max_pixels {
+                return Ok(());
+            }
             let limit = max_pixels.saturating_mul(bytes_per_pixel);
-            if pixels > max_pixels { Err(Error::TooLarge { width, height, bytes: predicted, limit }) } else { Ok(()) }
+            Err(Error::TooLarge { width: width.into(), height: height.into(), bytes: predict((width, height)), limit })
         };
         let mut decoder: Box<dyn ImageDecoder + '_> = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
             // The decoder's constructor already takes memory for a row.
-            if let Some(&[a, b, c, d, e, f, g, h]) = bytes.get(16..24) {
-                check_size((u32::from_be_bytes([a, b, c, d]), u32::from_be_bytes([e, f, g, h])))?;
-            }
+            let size = png_size(bytes).ok_or_else(|| failed("the PNG file ends in its header".into()))?;
+            check_size(size)?;
             // Bounds rows, and what is inflated on the way to the pixels, as a colour profile.
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some((bytes.len() as u64).saturating_add(max_pixels.saturating_mul(8)).max(1 << 24));
-            Box::new(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(broken)?)
+            let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
+                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) },
+                other => broken(other),
+            })?;
+            Box::new(decoder)
         } else if bytes.starts_with(b"\xff\xd8\xff") {
             Box::new(JpegDecoder::new(Cursor::new(bytes)).map_err(broken)?)
         } else {
@@ -239,6 +243,12 @@ fn to_eight(value: u16) -> u8 {
 
 fn luma([r, g, b, _]: [u16; 4]) -> u16 {
     ((2126 * u32::from(r) + 7152 * u32::from(g) + 722 * u32::from(b) + 5000) / 10_000) as u16
+}
+
+/// Width and height in the header of a PNG.
+fn png_size(bytes: &[u8]) -> Option<(u32, u32)> {
+    let &[a, b, c, d, e, f, g, h] = bytes.get(16..24)? else { return None };
+    Some((u32::from_be_bytes([a, b, c, d]), u32::from_be_bytes([e, f, g, h])))
 }
 
 /// Whether the marker segments and scans of a JPEG lead to its end-of-image marker (ITU T.81, annex B).

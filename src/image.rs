@@ -24,6 +24,10 @@ impl<'a> ImageView<'a> {
     pub fn data(&self) -> &'a [u8] {
         self.data
     }
+    /// Pixels, RGBA, row by row.
+    pub fn pixels(&self) -> &'a [[u8; 4]] {
+        self.data.as_chunks().0
+    }
     /// Width in pixels.
     pub fn width(&self) -> usize {
         self.width

@@ -1,184 +1,209 @@
+//! The robust fit on real and rendered pairs: the fitted map against the true one. Reads `DEPTHSTITCH_DATA`.
 #![cfg(not(target_arch = "wasm32"))]
-use depthstitch::InverseDepth;
-use depthstitch::geometry::*;
-use depthstitch::image::DepthKind;
-use std::path::PathBuf;
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
-/// A truth-annotated pair.
+use depthstitch::InverseDepth;
+use depthstitch::geometry::{
+    Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate,
+};
+use depthstitch::image::DepthKind;
+use nalgebra::{Matrix3, Vector3};
+use std::path::{Path, PathBuf};
+
+/// Medians of the prototype's map error with the paper's threshold, in pixels: within the reference's frame, and outside.
+const FLOORS: [(&str, [f64; 2]); 6] = [
+    ("middlebury2005-Art", [0.21, 0.23]),
+    ("middlebury2003-Cones", [0.16, 0.21]),
+    ("icl-0025_0090", [0.35, 1.43]),
+    ("icl-0160_0175", [0.40, 0.31]),
+    ("icl-0000_0040", [0.58, 1.47]),
+    ("tartanair-0050_0060", [1.29, 2.08]),
+];
+const TOLERANCE: f64 = 0.2;
+
 struct Case {
     matches: Vec<Match>,
     depth: [InverseDepth; 2],
-    sizes: [(usize, usize); 2],
-    truth: Option<(Model, Model)>,
-    truth_depth: [InverseDepth; 2],
+    truth: Option<Model>,
 }
 
-fn data() -> PathBuf {
-    std::env::var_os("DEPTHSTITCH_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from)
+fn load(name: &str) -> Option<Case> {
+    let root = std::env::var_os("DEPTHSTITCH_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    let folder = root.join(name);
+    let Ok(json) = std::fs::read_to_string(folder.join("case.json")) else {
+        println!("skipped: no {}", folder.display());
+        return None;
+    };
+    let depth = ["target_depth.png", "reference_depth.png"].map(|file| load_depth(&folder.join(file), &json));
+    let table = std::fs::read_to_string(folder.join("matches.csv")).unwrap();
+    let matches = table.lines().skip(1).map(|line| {
+        let v: Vec<f64> = line.split(',').map(|n| n.trim().parse().unwrap()).collect();
+        Match { target: [v[0], v[1]], reference: [v[2], v[3]] }
+    });
+    let truth = numbers(&json, "H_inf").zip(numbers(&json, "e_prime"));
+    let truth = truth.map(|(h, e)| Model { h: Matrix3::from_row_slice(&h), e: Vector3::from_row_slice(&e) });
+    Some(Case { matches: matches.collect(), depth, truth })
 }
 
-fn numbers(json: &str, key: &str) -> Option<Vec<f64>> {
-    let at = json.find(&format!("\"{key}\":"))?;
-    let rest = &json[at + key.len() + 3..];
-    let rest = rest.trim_start();
-    let mut depth = 0;
-    let mut end = 0;
-    for (i, c) in rest.char_indices() {
-        match c {
-            '[' => depth += 1,
-            ']' => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 && (c == ']' || c == ',' || c == '}') {
-            end = i;
-            break;
-        }
-    }
-    let v: Vec<f64> = rest[..end].split(['[', ']', ',']).filter_map(|t| t.trim().parse().ok()).collect();
-    (!v.is_empty()).then_some(v)
+/// The numbers, in any nesting, of a field that holds nothing else.
+fn numbers(json: &str, field: &str) -> Option<Vec<f64>> {
+    let (_, value) = json.split_once(&format!("\"{field}\":"))?;
+    let end = value.find(['"', '{', '}']).unwrap_or(value.len());
+    let parts = value[..end].split([',', '[', ']']).map(str::trim).filter(|part| !part.is_empty());
+    let found: Vec<f64> = parts.map_while(|part| part.parse().ok()).collect();
+    (!found.is_empty()).then_some(found)
 }
 
-fn load_depth(dir: &std::path::Path, json: &str) -> [InverseDepth; 2] {
+fn load_depth(file: &Path, json: &str) -> InverseDepth {
+    let picture = image::open(file).unwrap();
+    let size = (picture.width() as usize, picture.height() as usize);
+    let raw: Vec<u16> = match picture {
+        image::DynamicImage::ImageLuma8(p) => p.into_raw().into_iter().map(u16::from).collect(),
+        p => p.into_luma16().into_raw(),
+    };
     let kind = if json.contains("\"metric\"") { DepthKind::Metric } else { DepthKind::Inverse };
     let scale = numbers(json, "scale").unwrap()[0] as f32;
-    let invalid = numbers(json, "invalid").map(|v| v[0] as f32 * scale);
-    ["target_depth.png", "reference_depth.png"].map(|f| {
-        let img = image::open(dir.join(f)).unwrap();
-        let (w, h) = (img.width() as usize, img.height() as usize);
-        let raw: Vec<f32> = match img {
-            image::DynamicImage::ImageLuma8(i) => i.into_raw().into_iter().map(f32::from).collect(),
-            i => i.into_luma16().into_raw().into_iter().map(f32::from).collect(),
-        };
-        let raw: Vec<f32> = raw.into_iter().map(|v| v * scale).collect();
-        InverseDepth::new("depth", &raw, (w, h), kind, invalid, (w, h)).unwrap()
-    })
+    let raw: Vec<f32> = raw.into_iter().map(|v| f32::from(v) * scale).collect();
+    InverseDepth::new("depth", &raw, size, kind, numbers(json, "invalid").map(|v| v[0] as f32 * scale), size).unwrap()
 }
 
-fn load(name: &str) -> Case {
-    let dir = data().join(name);
-    let json = std::fs::read_to_string(dir.join("case.json")).unwrap();
-    let depth = load_depth(&dir, &json);
-    let sizes = [0, 1].map(|i| (depth[i].width(), depth[i].height()));
-    let matches = std::fs::read_to_string(dir.join("matches.csv"))
-        .unwrap()
-        .lines()
-        .skip(1)
-        .map(|l| {
-            let v: Vec<f64> = l.split(',').map(|t| t.trim().parse().unwrap()).collect();
-            Match { target: [v[0], v[1]], reference: [v[2], v[3]] }
-        })
-        .collect();
-    let m = |h: &str, e: &str| {
-        Some(Model {
-            h: nalgebra::Matrix3::from_row_slice(&numbers(&json, h)?),
-            e: nalgebra::Vector3::from_row_slice(&numbers(&json, e)?),
-        })
-    };
-    let truth = m("H_inf", "e_prime").zip(m("H_inf_reverse", "e_prime_reverse"));
-    let truth_depth = match name.strip_prefix("mono-") {
-        Some(t) => {
-            let d = data().join(t);
-            load_depth(&d, &std::fs::read_to_string(d.join("case.json")).unwrap())
-        }
-        None => depth.clone(),
-    };
-    Case { matches, depth, sizes, truth, truth_depth }
-}
-
-fn error(
-    model: &Model,
-    truth: &Model,
-    d: &InverseDepth,
-    td: &InverseDepth,
-    size: (usize, usize),
-) -> [Option<[f64; 2]>; 2] {
-    let (mut a, mut b) = (vec![], vec![]);
-    for y in (0..d.height()).step_by(4) {
-        for x in (0..d.width()).step_by(4) {
-            let (z, t) = (f64::from(d.data()[y * d.width() + x]), f64::from(td.data()[y * d.width() + x]));
-            if !(t.is_finite() && t > 0.0 && z.is_finite()) {
-                continue;
-            }
-            let [u, v, w] = truth.transform(x as f64, y as f64, t);
-            let p = [u / w, v / w];
-            let [mu, mv, mw] = model.transform(x as f64, y as f64, z);
-            let e = ((mu / mw - p[0]).powi(2) + (mv / mw - p[1]).powi(2)).sqrt();
-            if p[0] >= 0.0 && p[1] >= 0.0 && p[0] < size.0 as f64 && p[1] < size.1 as f64 && w > 0.0 {
-                a.push(e)
-            } else if p[0].abs() < 3000.0 && p[1].abs() < 3000.0 {
-                b.push(e)
-            }
-        }
+impl Case {
+    fn fit(&self, options: &EstimateOptions) -> Estimate {
+        let [target, reference] = [0, 1]
+            .map(|i| Frame { size: (self.depth[i].width(), self.depth[i].height()), depth: Some(&self.depth[i]) });
+        estimate(&self.matches, target, reference, options, &mut ()).unwrap()
     }
-    [a, b].map(|mut s| {
-        s.sort_by(f64::total_cmp);
-        (s.len() > 20).then(|| [s[s.len() / 2], s[s.len() * 9 / 10]])
-    })
+
+    /// Median error of the map on every fourth pixel with depth, within the reference's frame and outside.
+    fn errors(&self, model: &Model) -> [f64; 2] {
+        let (truth, depth) = (self.truth.unwrap(), &self.depth[0]);
+        let size = [self.depth[1].width() as f64, self.depth[1].height() as f64];
+        let (mut inside, mut outside) = (Vec::new(), Vec::new());
+        for y in (0..depth.height()).step_by(4) {
+            for x in (0..depth.width()).step_by(4) {
+                let d = f64::from(depth.data()[y * depth.width() + x]);
+                let Some([u, v]) = truth.project(x as f64, y as f64, d).filter(|_| d > 0.0) else { continue };
+                let [a, b, w] = model.transform(x as f64, y as f64, d);
+                let error = ((a / w - u) * (a / w - u) + (b / w - v) * (b / w - v)).sqrt();
+                if u >= 0.0 && v >= 0.0 && u < size[0] && v < size[1] {
+                    inside.push(error);
+                } else if u.abs() < 3000.0 && v.abs() < 3000.0 {
+                    outside.push(error);
+                }
+            }
+        }
+        [median(inside), median(outside)]
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn inliers(found: &Estimate) -> usize {
+    found.inliers.iter().filter(|f| **f).count()
+}
+
+fn paper() -> EstimateOptions {
+    EstimateOptions { threshold: Threshold::PAPER, ..Default::default() }
+}
+
+fn seeds(options: &EstimateOptions) -> impl Iterator<Item = EstimateOptions> + '_ {
+    (1..=10).map(|seed| EstimateOptions { seed, ..options.clone() })
 }
 
 #[test]
-fn probe() {
-    for name in [
-        "nis-PTS_17",
-        "middlebury2005-Art",
-        "middlebury2003-Cones",
-        "icl-0025_0090",
-        "icl-0160_0175",
-        "icl-0000_0040",
-        "tartanair-0050_0060",
-        "tartanair-0180_0188",
-        "icl-0002_0004",
-        "kinect-0002_0003",
-        "mono-icl-0025_0090",
-        "mono-icl-0160_0175",
-        "mono-middlebury2003-Cones",
-        "mono-middlebury2005-Art",
-        "mono-tartanair-0050_0060",
-    ] {
-        let c = load(name);
-        for threshold in [Threshold::PAPER, Threshold::Pixels(3.0)] {
-            println!("{name} {threshold:?}");
-            for seed in 1..11 {
-                let t = std::time::Instant::now();
-                let r = estimate(
-                    &c.matches,
-                    Frame { size: c.sizes[0], depth: Some(&c.depth[0]) },
-                    Frame { size: c.sizes[1], depth: Some(&c.depth[1]) },
-                    &EstimateOptions { seed, threshold, ..Default::default() },
-                    &mut (),
-                );
-                let ms = t.elapsed().as_secs_f64() * 1e3;
-                let r = match r {
-                    Ok(r) => r,
-                    Err(e) => {
-                        println!("  {e}");
-                        continue;
-                    }
-                };
-                print!(
-                    "  {seed:2} {:?} {}/{} trials {} {:.1}ms res {:.2?} {:?}",
-                    r.kind,
-                    r.inliers.iter().filter(|f| **f).count(),
-                    r.usable,
-                    r.trials,
-                    ms,
-                    r.residual,
-                    r.warnings
-                );
-                if let Some((f, rv)) = &c.truth {
-                    let e = error(&r.forward, f, &c.depth[0], &c.truth_depth[0], c.sizes[1]);
-                    let q = error(&r.reverse, rv, &c.depth[1], &c.truth_depth[1], c.sizes[0]);
-                    print!(
-                        " F {:.2?} {:.2?} R {:.2?} {:.2?}",
-                        e[0].unwrap_or_default(),
-                        e[1].unwrap_or_default(),
-                        q[0].unwrap_or_default(),
-                        q[1].unwrap_or_default()
-                    );
-                }
-                println!();
-            }
+fn default_reaches_the_floor_with_every_seed() {
+    for (name, floor) in FLOORS {
+        let Some(case) = load(name) else { return };
+        for options in seeds(&EstimateOptions::default()) {
+            let found = case.fit(&options);
+            let errors = case.errors(&found.forward);
+            println!("{name} seed {}: {} inliers, {errors:.2?} px", options.seed, inliers(&found));
+            assert_eq!(found.kind, ModelKind::Depth);
+            assert_eq!(found.warnings, []);
+            assert!(errors[0] < floor[0] + TOLERANCE && errors[1] < floor[1] + TOLERANCE, "{name}: {errors:?}");
         }
     }
+}
+
+/// The paper's algorithm refines once on all matches within some 12 px, so chance has a say in the result: on
+/// icl-0000_0040 ten seeds of the prototype end 1.3 to 17 px off outside the frame (median 5.3), its documented
+/// 1.47 px being one of them.
+#[test]
+fn paper_threshold_reaches_the_floor() {
+    for (name, floor) in FLOORS {
+        let Some(case) = load(name) else { return };
+        let all: Vec<[f64; 2]> = seeds(&paper()).map(|options| case.errors(&case.fit(&options).forward)).collect();
+        let typical = [0, 1].map(|i| median(all.iter().map(|e| e[i]).collect()));
+        println!("{name}: {typical:.2?} px, median of ten seeds");
+        let floor = if name == "icl-0000_0040" { [floor[0], 3.0] } else { floor };
+        assert!(typical[0] < floor[0] + TOLERANCE && typical[1] < floor[1] + TOLERANCE, "{name}: {typical:?}");
+    }
+}
+
+#[test]
+fn paper_threshold_finds_as_many_inliers() {
+    for (name, expected) in [
+        ("nis-PTS_17", 956),
+        ("middlebury2003-Cones", 898),
+        ("middlebury2005-Art", 609),
+        ("icl-0025_0090", 357),
+        ("icl-0000_0040", 147),
+        ("tartanair-0050_0060", 144),
+    ] {
+        let Some(case) = load(name) else { return };
+        let found = inliers(&case.fit(&paper()));
+        println!("{name}: {found} inliers");
+        assert!(found + 2 >= expected, "{name}: {found}");
+    }
+}
+
+#[test]
+fn seed_hardly_moves_the_real_pair() {
+    let Some(case) = load("nis-PTS_17") else { return };
+    let first = case.fit(&EstimateOptions::default());
+    for options in seeds(&EstimateOptions::default()) {
+        let found = case.fit(&options);
+        let moved = case.matches.iter().map(|m| {
+            let [x, y] = m.target;
+            let d = case.depth[0].sample(x, y);
+            let ([a, b], [u, v]) = (first.forward.project(x, y, d).unwrap(), found.forward.project(x, y, d).unwrap());
+            ((a - u) * (a - u) + (b - v) * (b - v)).sqrt()
+        });
+        assert!(moved.fold(0.0, f64::max) < 0.1);
+    }
+}
+
+#[test]
+fn hardly_any_texture_is_reported() {
+    let Some(case) = load("tartanair-0180_0188") else { return };
+    for base in [EstimateOptions::default(), paper()] {
+        for options in seeds(&base) {
+            let codes: Vec<_> = case.fit(&options).warnings.iter().map(|w| w.code()).collect();
+            assert!(codes.contains(&"few-inliers") || codes.contains(&"low-inlier-ratio"), "{codes:?}");
+        }
+    }
+}
+
+#[test]
+fn good_pairs_are_not() {
+    let others = ["nis-PTS_17", "mono-middlebury2003-Cones", "mono-middlebury2005-Art", "mono-icl-0025_0090"];
+    for name in others.into_iter().chain(FLOORS.map(|(name, _)| name)) {
+        let Some(case) = load(name) else { return };
+        for options in [EstimateOptions::default(), paper()] {
+            assert_eq!(case.fit(&options).warnings, [], "{name}");
+        }
+    }
+}
+
+#[test]
+fn robust_fits_differ_as_in_the_paper() {
+    let Some(case) = load("nis-PTS_17") else { return };
+    let count = |robust_fit| inliers(&case.fit(&EstimateOptions { robust_fit, ..paper() }));
+    let [depth, one, several] = [RobustFit::Depth, RobustFit::Homography, RobustFit::MultiHomography].map(count);
+    println!("inliers: depth {depth}, one homography {one}, several {several}");
+    assert!(one < depth && depth < several + 50);
 }

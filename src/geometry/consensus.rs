@@ -24,35 +24,44 @@ impl Consensus {
     }
 }
 
-/// Random search and one refinement on the inliers it found: the paper's algorithm 1. D = 4 with depth, 3 for a homography.
-pub(super) fn published<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = sampled::<D>(points, search, sampler)?;
+/// Random search, D = 4 with depth, 3 for a homography; the inliers are those at the narrowest threshold.
+pub(super) fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
+    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
+    let threshold = search.scales.narrowest();
+    let inliers = inliers_of(points, &found.projection, threshold);
+    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
+}
+
+/// One refinement on the inliers of a search: the paper's algorithm 1.
+pub(super) fn published<const D: usize>(points: &Points, found: Consensus) -> Option<Consensus> {
     let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
     Some(Consensus { projection, ..found })
 }
 
-/// Random search at all scales, then down to the narrowest.
+/// From what a search at all scales found down to the narrowest.
 ///
-/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not let
-/// wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three quarters of
-/// what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller hoped.
-pub(super) fn narrowed<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let scales = &search.scales;
-    let found = sampled::<D>(points, search, sampler)?;
-    let wide = settled::<D>(points, found.projection, scales.widest())?;
-    let mut best: Option<(f64, Consensus)> = None;
-    let steps = descent::<D>(points, wide.projection, scales.widest(), scales.narrowest());
+/// Two ways lead down: step by step from the widest threshold, which a bad start survives, and at once, which does not
+/// let wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three
+/// quarters of what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller
+/// hoped.
+pub(super) fn narrowed<const D: usize>(points: &Points, scales: &Scales, found: Consensus) -> Option<Consensus> {
+    let wide = count(&inliers_of(points, &found.projection, scales.widest()));
+    let steps = descent::<D>(points, found.projection, scales.widest(), scales.narrowest());
     let at_once = settled::<D>(points, found.projection, scales.narrowest());
-    for candidate in [steps, at_once].into_iter().flatten() {
-        let cost = scales.cost(points, &candidate.projection, f64::INFINITY);
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, candidate));
+    let cost = |c: &Consensus| scales.cost(points, &c.projection, f64::INFINITY);
+    let mut chosen = match (steps, at_once) {
+        (Some(a), Some(b)) => {
+            if cost(&a) <= cost(&b) {
+                a
+            } else {
+                b
+            }
         }
-    }
-    let mut chosen = best.map_or_else(|| wide.clone(), |(_, candidate)| candidate);
-    while 4 * chosen.count() < 3 * wide.count() && chosen.threshold < scales.widest() {
+        (a, b) => a.or(b)?,
+    };
+    while 4 * chosen.count() < 3 * wide && chosen.threshold < scales.widest() {
         let threshold = (chosen.threshold / STEP).min(scales.widest());
-        chosen = descent::<D>(points, wide.projection, scales.widest(), threshold).unwrap_or_else(|| wide.clone());
+        chosen = descent::<D>(points, found.projection, scales.widest(), threshold)?;
     }
     Some(Consensus { trials: found.trials, ..polished::<D>(points, chosen)? })
 }
@@ -65,7 +74,8 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
     errors.sort_by(f64::total_cmp);
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
     let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
-    let core = settled::<D>(points, consensus.projection, consensus.threshold.min(3.0 * sigma));
+    let threshold = (3.0 * sigma).clamp(0.01 * consensus.threshold, consensus.threshold);
+    let core = settled::<D>(points, consensus.projection, threshold);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
     let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
     let inliers = inliers_of(points, &projection, consensus.threshold);
@@ -80,16 +90,9 @@ pub(super) const FINE: f64 = 1e-10;
 /// Factor from one threshold to the next narrower.
 const STEP: f64 = 0.6;
 
-fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
-    let threshold = search.scales.narrowest();
-    let inliers = inliers_of(points, &found.projection, threshold);
-    Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
-}
-
 /// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
 fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
-    let mut threshold = from * STEP;
+    let mut threshold = from;
     while threshold > to {
         projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE)?;
         threshold *= STEP;
@@ -129,11 +132,13 @@ pub(super) fn fitted<const D: usize>(
         (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
         (linear, start) => linear.or(start)?,
     };
-    Some(refine(&chosen, &start, D, tolerance))
+    // A wrong depth can put a match behind the camera, where there is nothing to descend.
+    let front: Vec<bool> = (0..chosen.len()).map(|i| chosen.third(&start, i) > 0.0).collect();
+    Some(refine(&chosen.select(&front), &start, D, tolerance))
 }
 
-/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014): flags of all
-/// their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
+/// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014):
+/// flags of all their inliers, and the trials. A homography counts when at least `enough(matches left)` agree with it.
 pub(super) fn many_homographies(
     points: &Points,
     search: &Search,

@@ -1,10 +1,10 @@
 //! The robust fit from end to end.
 
 use super::clean::{Usable, clean, spread};
-use super::consensus::{Consensus, FINE, fitted, many_homographies, narrowed, published, scales};
+use super::consensus::{Consensus, FINE, fitted, many_homographies, narrowed, published, sampled, scales};
 use super::parallax::observable;
 use super::points::{Normalisation, Points};
-use super::ransac::{Search, count};
+use super::ransac::{Search, count, inliers_of};
 use super::sampler::Sampler;
 use super::statistics::meaningful_consensus;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
@@ -124,9 +124,13 @@ impl<'a> Fit<'a> {
     }
 
     fn consensus<const D: usize>(&self, options: &EstimateOptions, sampler: &mut Sampler) -> Option<Consensus> {
+        self.completed::<D>(options, sampled::<D>(&self.forward.1, &self.search(options), sampler)?)
+    }
+
+    fn completed<const D: usize>(&self, options: &EstimateOptions, found: Consensus) -> Option<Consensus> {
         match options.threshold {
-            Threshold::Pixels(_) => narrowed::<D>(&self.forward.1, &self.search(options), sampler),
-            Threshold::Normalised(_) => published::<D>(&self.forward.1, &self.search(options), sampler),
+            Threshold::Pixels(_) => narrowed::<D>(&self.forward.1, &self.search(options).scales, found),
+            Threshold::Normalised(_) => published::<D>(&self.forward.1, found),
         }
     }
 
@@ -147,26 +151,28 @@ impl<'a> Fit<'a> {
     fn depth(&self, options: &EstimateOptions, observer: &mut dyn Observer) -> Result<Option<(Consensus, [Model; 2])>> {
         let points = &self.forward.1;
         let mut sampler = Sampler::new(options.seed);
-        let flat = self.consensus::<3>(options, &mut sampler);
-        report(observer, Stage::Estimate, 0.3)?;
         let deep = match options.robust_fit {
             RobustFit::Depth => self.consensus::<4>(options, &mut sampler),
-            RobustFit::Homography => flat.clone().map(|f| (f.inliers, f.trials)).and_then(|f| self.on_inliers(f)),
-            RobustFit::MultiHomography => self.on_inliers(many_homographies(
-                points,
-                &Search { scales: scales(self.threshold, self.threshold), ..self.search(options) },
-                &mut sampler,
-                |left| self.needed(left, FLAT_SAMPLE, self.threshold),
-            )),
+            RobustFit::Homography => self
+                .consensus::<3>(options, &mut sampler)
+                .and_then(|flat| self.on_inliers(flat.inliers, flat.threshold, flat.trials)),
+            RobustFit::MultiHomography => {
+                let search = Search { scales: scales(self.threshold, self.threshold), ..self.search(options) };
+                let enough = |left| self.needed(left, FLAT_SAMPLE, self.threshold);
+                let (inliers, trials) = many_homographies(points, &search, &mut sampler, enough);
+                self.on_inliers(inliers, self.threshold, trials)
+            }
         };
-        report(observer, Stage::Estimate, 0.7)?;
-        let Some(deep) = deep else { return Ok(None) };
+        report(observer, Stage::Estimate, 0.6)?;
+        let Some(mut deep) = deep else { return Ok(None) };
         self.believed(&deep, DEPTH_SAMPLE)?;
-        if let Some(flat) = flat.filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok())
-            && !self.shows_parallax(&deep, &flat)
-        {
-            return Ok(None);
+        if let Some(flat) = sampled::<3>(points, &self.search(options), &mut sampler) {
+            deep.trials += flat.trials;
+            if self.flat_suffices(&deep, flat, options) {
+                return Ok(None);
+            }
         }
+        report(observer, Stage::Estimate, 0.8)?;
         let reverse = fitted::<4>(&self.reverse.1, &deep.support, None, FINE);
         Ok(reverse.map(|reverse| {
             let models = [self.forward.0.model(&deep.projection), self.reverse.0.model(&reverse)];
@@ -174,13 +180,23 @@ impl<'a> Fit<'a> {
         }))
     }
 
-    fn on_inliers(&self, (inliers, trials): (Vec<bool>, u32)) -> Option<Consensus> {
+    /// The depth model on inliers that homographies chose.
+    fn on_inliers(&self, inliers: Vec<bool>, threshold: f64, trials: u32) -> Option<Consensus> {
         let projection = fitted::<4>(&self.forward.1, &inliers, None, FINE)?;
-        Some(Consensus { projection, support: inliers.clone(), inliers, threshold: self.threshold, trials })
+        Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials })
     }
 
-    fn shows_parallax(&self, deep: &Consensus, flat: &Consensus) -> bool {
-        observable(&self.forward.1, &deep.inliers, &deep.projection, &flat.projection, self.forward.0.scale())
+    /// Whether a homography explains the matches as well as the depth model.
+    fn flat_suffices(&self, deep: &Consensus, flat: Consensus, options: &EstimateOptions) -> bool {
+        let (points, normalisation) = (&self.forward.1, &self.forward.0);
+        // So far behind before its refinement, it cannot catch up.
+        if 10 * count(&inliers_of(points, &flat.projection, deep.threshold)) < 7 * deep.count() {
+            return false;
+        }
+        let flat = self.completed::<3>(options, flat).filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok());
+        flat.is_some_and(|flat| {
+            !observable(points, &deep.inliers, &deep.projection, &flat.projection, normalisation.scale())
+        })
     }
 
     fn homography(&self, options: &EstimateOptions, observer: &mut dyn Observer) -> Result<(Consensus, [Model; 2])> {

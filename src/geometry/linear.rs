@@ -1,10 +1,14 @@
 //! The linear fit (paper, equation 5) without its 12×12 decomposition.
 //!
-//! With m = (x, y, 1, d), u·(h₃·m) = h₁·m and v·(h₃·m) = h₂·m are a camera resectioning. For a fixed third row h₃ the best
-//! h₁ = S⁻¹S_u h₃ and h₂ = S⁻¹S_v h₃ with the moments S = Σmmᵀ, S_u = Σu·mmᵀ, S_v = Σv·mmᵀ, so what is left is the
+//! With m = (x, y, 1, d), u·(h₃·m) = h₁·m and v·(h₃·m) = h₂·m are a camera resectioning. For a fixed third row h₃ the
+//! best h₁ = S⁻¹S_u h₃ and h₂ = S⁻¹S_v h₃, with the moments S = Σmmᵀ, S_u = Σu·mmᵀ, S_v = Σv·mmᵀ. What is left is the
 //! smallest eigenvector of the 4×4 matrix Σ(u²+v²)mmᵀ − S_uS⁻¹S_u − S_vS⁻¹S_v. The homography is the same without d.
+//! The sign of the result is arbitrary.
 
-use super::points::{Points, Projection, transform};
+// Indices mirror the algebra.
+#![allow(clippy::needless_range_loop)]
+
+use super::points::{Points, Projection};
 
 type Square<const D: usize> = [[f64; D]; D];
 
@@ -54,13 +58,6 @@ pub(super) fn fit<const D: usize>(
     let row = |w: &Square<D>| backward(&s, std::array::from_fn(|r| (0..D).map(|c| w[r][c] * h3[c]).sum()));
     let order = |h: [f64; D]| [h[1], h[2], h[0], if D > 3 { h[3] } else { 0.0 }];
     Some([order(row(&wu)), order(row(&wv)), order(h3)])
-}
-
-/// The projection or its negative, whichever has the matches in front of the camera; `None` when they are on both sides.
-pub(super) fn orient(p: Projection, points: &Points, mut indices: impl Iterator<Item = usize>) -> Option<Projection> {
-    let w = |i: usize| transform(&p, points.x[i], points.y[i], points.d[i])[2];
-    let sign = if w(indices.next()?) > 0.0 { 1.0 } else { -1.0 };
-    indices.all(|i| sign * w(i) > 0.0).then(|| p.map(|row| row.map(|v| sign * v)))
 }
 
 /// Replaces the lower triangle of `a` by its Cholesky factor; `None` when a pivot is below `min_pivot`.

@@ -36,6 +36,11 @@ impl Points {
         Points { x: pick(&self.x), y: pick(&self.y), d: pick(&self.d), u: pick(&self.u), v: pick(&self.v) }
     }
 
+    /// Third coordinate of the image of match `i`, positive in front of the camera.
+    pub fn third(&self, p: &Projection, i: usize) -> f64 {
+        transform(p, self.x[i], self.y[i], self.d[i])[2]
+    }
+
     /// Squared transfer errors in front of the camera, infinite behind it.
     pub fn errors<'a>(&'a self, p: &'a Projection) -> impl Iterator<Item = f64> + 'a {
         (0..self.len()).map(move |i| {
@@ -59,8 +64,8 @@ fn squared_error(p: &Projection, x: f64, y: f64, d: f64, u: f64, v: f64) -> Opti
 
 /// The thresholds at which a model is judged, in normalised coordinates, widest first.
 ///
-/// The cost of a match is Σ_k min(r²/t_k², 1): MSAC (Torr & Zisserman 2000) summed over the scales, so that neither a chance
-/// consensus at the narrowest nor a sloppy one at the widest wins. With all three equal it is MSAC.
+/// The cost of a match is Σ_k min(r²/t_k², 1): MSAC (Torr & Zisserman 2000) summed over the scales, so that neither a
+/// chance consensus at the narrowest nor a sloppy one at the widest wins. With all three equal it is MSAC.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scales(pub [f64; 3]);
 

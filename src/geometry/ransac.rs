@@ -1,6 +1,6 @@
 //! Random sample consensus with the MSAC score and an adaptive number of trials.
 
-use super::linear::{fit, orient};
+use super::linear::fit;
 use super::points::{Points, Projection, Scales};
 use super::sampler::Sampler;
 
@@ -25,6 +25,9 @@ pub(super) struct Found {
 /// before explain: in one spot, on one line or on one plane of depth it tells nothing.
 const SAMPLE_SPREAD: f64 = 1e-6;
 
+/// The same for a fit to many matches, where only rounding must be told from variance.
+const FIT_SPREAD: f64 = 1e-10;
+
 /// A sample without outliers is not yet a good one: where most matches lie on one plane, so do most clean samples. So
 /// many are drawn in any case, which takes well under a millisecond.
 const LEAST_TRIALS: f64 = 300.0;
@@ -46,7 +49,7 @@ pub(super) fn msac<const D: usize, const K: usize>(
         trials += 1;
         let sample: [usize; K] = sampler.sample(n);
         let Some(model) = fit::<D>(points, sample.into_iter(), SAMPLE_SPREAD) else { continue };
-        let Some(mut model) = orient(model, points, sample.into_iter()) else { continue };
+        let Some(mut model) = oriented(model, points, &sample) else { continue };
         let sampled = scales.cost(points, &model, cost);
         if sampled >= cost {
             continue;
@@ -73,11 +76,26 @@ pub(super) fn msac<const D: usize, const K: usize>(
     best.map(|projection| Found { projection, trials })
 }
 
-/// The linear fit to the flagged matches, all of them in front of the camera.
+/// The linear fit to the flagged matches, most of them in front of the camera.
 pub(super) fn refit<const D: usize>(points: &Points, inliers: &[bool]) -> Option<Projection> {
     let indices = || inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i);
-    let model = fit::<D>(points, indices(), 1e-10)?;
-    orient(model, points, indices())
+    let model = fit::<D>(points, indices(), FIT_SPREAD)?;
+    let behind = indices().filter(|&i| points.third(&model, i) < 0.0).count();
+    Some(if 2 * behind > count(inliers) { negated(model) } else { model })
+}
+
+/// The projection or its negative, whichever has the sample in front of the camera; `None` when it is on both sides.
+fn oriented(model: Projection, points: &Points, sample: &[usize]) -> Option<Projection> {
+    let behind = sample.iter().filter(|&&i| points.third(&model, i) <= 0.0).count();
+    match behind {
+        0 => Some(model),
+        _ if behind == sample.len() => Some(negated(model)),
+        _ => None,
+    }
+}
+
+fn negated(model: Projection) -> Projection {
+    model.map(|row| row.map(|v| -v))
 }
 
 /// Which matches are within the threshold and in front of the camera.

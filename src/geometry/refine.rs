@@ -87,8 +87,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Transfer<'_> {
     }
 }
 
-/// Minimises the sum of squared transfer errors over all of `points` (normalised), starting at `start`; `columns` is 4 for the
-/// depth model and 3 for a homography. Stops when a step gains less than the share `tolerance`; never worse than `start`. The result has 1 at (3, 3).
+/// Minimises the sum of squared transfer errors over all of `points` (normalised), starting at `start`; `columns` is 4 for
+/// the depth model and 3 for a homography. Stops when a step gains less than the share `tolerance`; never worse than
+/// `start`. The result has 1 at (3, 3).
 pub(super) fn refine(points: &Points, start: &Projection, columns: usize, tolerance: f64) -> Projection {
     let scale = start[2][2];
     if scale.is_nan() || scale <= 0.0 {

@@ -5,9 +5,12 @@ fn ln_choose(n: f64, k: f64) -> f64 {
     libm::lgamma(n + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(n - k + 1.0)
 }
 
+/// ln 10⁻³: one false alarm in a thousand pairs of photos that have nothing in common.
+const ALARMS: f64 = -6.907755278982137;
+
 /// The least number of inliers, of `n` matches, that chance is not expected to bring about (a-contrario, Moisan & Stival
 /// 2004): the smallest k whose number of false alarms
-/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below one, for a model fixed by `m` matches and a chance `p` that a
+/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below 10⁻³, for a model fixed by `m` matches and a chance `p` that a
 /// random match falls within the threshold. More than `n` when even full agreement proves nothing.
 pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
     let (trials, m_f) = ((n - m) as f64, m as f64);
@@ -16,7 +19,7 @@ pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
         .find(|&k| {
             let hits = (k - m) as f64;
             let tail = regularised_beta(hits, trials - hits + 1.0, p);
-            samples + libm::log(tail.max(f64::MIN_POSITIVE)) < 0.0
+            samples + libm::log(tail.max(f64::MIN_POSITIVE)) < ALARMS
         })
         .unwrap_or(n + 1)
 }
@@ -56,4 +59,27 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
         }
     }
     h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, term by term.
+    fn alarms(n: usize, m: usize, k: usize, p: f64) -> f64 {
+        let choose = |n: usize, k: usize| (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>();
+        let term = |j: usize| choose(n - m, j) * p.powi(j as i32) * (1.0 - p).powi((n - m - j) as i32);
+        choose(n, m) * (k - m..=n - m).map(term).sum::<f64>()
+    }
+
+    #[test]
+    fn consensus_is_the_least_that_chance_does_not_explain() {
+        for (n, m, p) in [(7, 6, 1e-4), (20, 6, 1e-3), (60, 6, 0.01), (100, 4, 0.05), (400, 6, 0.02), (30, 4, 0.2)] {
+            let k = meaningful_consensus(n, m, p);
+            assert!(k > m && k <= n, "{n} {m} {p}: {k}");
+            assert!(alarms(n, m, k, p) < 1e-3);
+            assert!(k == m + 1 || alarms(n, m, k - 1, p) >= 1e-3);
+        }
+        assert_eq!(meaningful_consensus(10, 6, 0.5), 11);
+    }
 }

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::grid::{Point, VertexGrid, is_valid, sides};
 use super::raster::{Cell, pixel_range};
-use super::sample::bilinear;
+use super::sample::Tap;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
 use crate::image::zeroed;
@@ -30,30 +30,32 @@ pub(super) fn render(
     observer: &mut dyn Observer,
 ) -> Result<()> {
     let mut painter = Painter::new(scene, grid, canvas, image, footprint)?;
-    let rows = grid.ys.len().saturating_sub(1);
+    let (columns, rows) = (grid.xs.len().saturating_sub(1), grid.ys.len().saturating_sub(1));
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
         let (y0, dy) = (grid.ys[j], grid.ys[j + 1] - grid.ys[j]);
-        for (i, (top, bottom)) in above.windows(2).zip(below.windows(2)).enumerate() {
+        let cells = above.windows(2).zip(below.windows(2)).zip(grid.xs.windows(2));
+        for (i, ((top, bottom), xs)) in cells.enumerate() {
             let corners = [top[0], top[1], bottom[1], bottom[0]];
-            if !is_valid(corners) {
-                continue;
-            }
             let ((x_first, x_last), (y_first, y_last)) = (pixel_range(&corners, 0), pixel_range(&corners, 1));
-            if x_first > x_last || y_first > y_last {
+            if x_first > x_last || y_first > y_last || !is_valid(corners) {
                 continue;
             }
             let Some(cell) = Cell::new(corners) else { continue };
-            let border = [i + 2 == grid.xs.len(), j + 2 == grid.ys.len()];
-            let (x0, dx) = (grid.xs[i], grid.xs[i + 1] - grid.xs[i]);
-            for y in y_first..=y_last {
-                for x in x_first..=x_last {
+            let border = [i + 1 == columns, j + 1 == rows];
+            let mut y = y_first;
+            while y <= y_last {
+                let mut x = x_first;
+                while x <= x_last {
                     if let Some([u, v]) = cell.locate(x, y, border) {
-                        painter.offer(x, y, [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy], &corners);
+                        let s = [xs[0] + f64::from(u) * (xs[1] - xs[0]), y0 + f64::from(v) * dy];
+                        painter.offer(x, y, s, &corners);
                     }
+                    x += 1;
                 }
+                y += 1;
             }
         }
     }
@@ -64,8 +66,8 @@ pub(super) fn render(
 struct Painter<'a> {
     scene: &'a Scene<'a>,
     canvas: &'a Canvas,
-    image: &'a mut Image,
-    footprint: &'a mut Mask,
+    pixels: &'a mut [[u8; 4]],
+    footprint: &'a mut [u8],
     /// Smallest wins: squared photometric error inside the reference, minus inverse depth outside. Empty without
     /// selection.
     keys: Vec<f32>,
@@ -92,8 +94,8 @@ impl<'a> Painter<'a> {
         Ok(Self {
             scene,
             canvas,
-            image,
-            footprint,
+            pixels: image.data.as_chunks_mut().0,
+            footprint: &mut footprint.data,
             keys: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
             recover,
             select,
@@ -107,44 +109,36 @@ impl<'a> Painter<'a> {
     fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: &[Point; 4]) {
         let (offset_x, offset_y) = self.canvas.offset;
         let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
-        self.footprint.data[at] = 255;
-        let taken = self.image.data[4 * at + 3] != 0;
+        self.footprint[at] = 255;
+        let taken = self.pixels[at][3] != 0;
         if taken && !self.select {
             return;
         }
         let scene = self.scene;
+        let (width, height) = (scene.reference.width(), scene.reference.height());
         // Negative coordinates turn into huge ones and fail the test as well.
         let (rx, ry) = (x as u32 as usize, y as u32 as usize);
-        let (colour, key);
-        if rx < scene.reference.width() && ry < scene.reference.height() {
-            let index = ry * scene.reference.width() + rx;
-            if self.recover && !self.confirmed([x, y], index, s) {
-                return;
-            }
-            colour = bilinear(&scene.target, s);
-            key = photometric_error(&scene.reference, index, colour);
-            if self.select && taken && key >= self.keys[at] {
-                return;
-            }
-        } else {
-            if self.recover && self.stretched(corners) {
-                return;
-            }
-            key = if self.select {
-                -scene.target_depth.map_or(0.0, |depth| depth.sample(s[0], s[1]) as f32)
-            } else {
-                0.0
-            };
-            if self.select && taken && key >= self.keys[at] {
-                return;
-            }
-            colour = bilinear(&scene.target, s);
+        let inside = rx < width && ry < height;
+        let index = if inside { ry * width + rx } else { 0 };
+        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretched(corners) };
+        if !kept {
+            return;
         }
+        let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
+        let colour = tap.colour(&scene.target);
         if self.select {
+            let key = match (inside, scene.target_depth) {
+                (true, _) => photometric_error(scene.reference.pixels()[index], colour),
+                (false, Some(depth)) => -tap.value(depth.data()),
+                (false, None) => 0.0,
+            };
+            if taken && key >= self.keys[at] {
+                return;
+            }
             self.keys[at] = key;
         }
-        let [r, g, b] = [0, 1, 2].map(|k| (colour[k] + 0.5) as u8);
-        self.image.data[4 * at..4 * at + 4].copy_from_slice(&[r, g, b, 255]);
+        let [r, g, b, _] = colour.map(|c| (c + 0.5) as u8);
+        self.pixels[at] = [r, g, b, 255];
     }
 
     /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by
@@ -168,8 +162,7 @@ impl<'a> Painter<'a> {
 
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
-fn photometric_error(reference: &ImageView<'_>, index: usize, colour: [f32; 4]) -> f32 {
-    let pixel = &reference.data()[4 * index..4 * index + 4];
-    let [r, g, b] = [0, 1, 2].map(|k| colour[k] - f32::from(pixel[k]));
+fn photometric_error(reference: [u8; 4], colour: [f32; 4]) -> f32 {
+    let [r, g, b] = [0, 1, 2].map(|k| colour[k] - f32::from(reference[k]));
     r * r + g * g + b * b
 }

@@ -10,7 +10,7 @@ pub struct Pose {
     pub yaw: f64,
     /// Upwards, in radians.
     pub pitch: f64,
-    /// Clockwise as seen in the picture's scene, in radians.
+    /// Of the camera, clockwise, in radians.
     pub roll: f64,
     /// In picture widths.
     pub focal: f64,

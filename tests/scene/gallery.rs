@@ -17,8 +17,8 @@ const PALE: V = V::new(0.72, 0.66, 0.55);
 /// hills and sky. The target looks to the left, the reference stands to its right and looks to the right; about two
 /// thirds of either is in the other.
 pub fn gallery() -> Scene {
-    let target = Pose { centre: V::new(-0.38, -1.58, 0.0), yaw: -0.17, pitch: -0.005, roll: 0.008, focal: 0.82 };
-    let reference = Pose { centre: V::new(0.32, -1.55, 0.12), yaw: 0.15, pitch: 0.0, roll: -0.006, focal: 0.82 };
+    let target = Pose { centre: V::new(-0.34, -1.58, 0.0), yaw: -0.15, pitch: -0.005, roll: 0.008, focal: 0.82 };
+    let reference = Pose { centre: V::new(0.30, -1.55, 0.12), yaw: 0.12, pitch: 0.0, roll: -0.006, focal: 0.82 };
     let mut scene = Scene::new(target, reference, V::new(-0.62, -0.72, -0.42), 150.0);
 
     scene.add(vec![vec![

@@ -13,7 +13,7 @@ pub fn hash(x: i32, y: i32, z: i32) -> f64 {
     let h = (x as u32).wrapping_mul(0x9e37_79b1)
         ^ (y as u32).wrapping_mul(0x85eb_ca77)
         ^ (z as u32).wrapping_mul(0xc2b2_ae3d);
-    f64::from(mix(h)) / f64::from(u32::MAX)
+    f64::from(mix(h)) * (1.0 / 4_294_967_296.0)
 }
 
 /// `f64::floor` is a function call on processors without an instruction for it, and noise is most of the work.
