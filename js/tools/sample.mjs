@@ -3,7 +3,7 @@ import { existsSync, mkdirSync, readdirSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { isMain, root, run } from "./shared.mjs";
 
-const renderer = join(root, "examples");
+const renderer = join(root, "tests", "scene");
 
 /**
  * Renders the sample into `folder` unless it is there and newer than the program that renders it.

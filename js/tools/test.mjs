@@ -7,7 +7,7 @@ import { cargoEnv, installPackages, root, run } from "./shared.mjs";
 
 /** @type {Record<string, { needs: (() => void)[], tests: (() => void)[] }>} what has to be there first, and the tests */
 const groups = {
-  rust: { needs: [setup], tests: [() => cargoTest(), () => cargoTest("--features", "codecs")] },
+  rust: { needs: [setup], tests: [() => cargoTest()] },
   wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
   node: { needs: [build, smallSample], tests: [() => nodeTest("node")] },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
@@ -16,7 +16,8 @@ const groups = {
 
 /** @param {string[]} args */
 function cargoTest(...args) {
-  run("cargo", ["test", ...args], { env: cargoEnv });
+  // The core is on by default: with the codecs it is everything there is.
+  run("cargo", ["test", "--features", "codecs", ...args], { env: cargoEnv });
 }
 
 /** @param {string} folder */

@@ -1,0 +1,39 @@
+import { execFile } from "node:child_process";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { promisify } from "node:util";
+
+import { CASE_FILE } from "../cases/case.js";
+import { STAGES, type Times } from "./stages.js";
+
+/** The crate's root, from dist/bench. */
+const ROOT = fileURLToPath(new URL("../../", import.meta.url));
+
+/** A case folder with the sample scene at this size, rendered unless it is there from an earlier run. */
+export async function renderSample(width: number, height: number): Promise<string> {
+  const folder = join(ROOT, "target", "bench-sample", `${width}x${height}`);
+  if (!existsSync(join(folder, CASE_FILE))) {
+    await example("render-sample", [folder, String(width), String(height)]);
+  }
+  return folder;
+}
+
+/** The same stages in native code. */
+export async function nativeTimes(folder: string, runs: number): Promise<Times> {
+  const times: unknown = JSON.parse(await example("native-times", [folder, String(runs)]));
+  if (!isTimes(times))
+    throw new Error(`native-times did not print the times of ${STAGES.join(", ")}`);
+  return times;
+}
+
+async function example(name: string, args: readonly string[]): Promise<string> {
+  const cargo = ["run", "--quiet", "--release", "--example", name, "--", ...args];
+  const { stdout } = await promisify(execFile)("cargo", cargo, { cwd: ROOT });
+  return stdout;
+}
+
+function isTimes(value: unknown): value is Times {
+  const fields: Readonly<Record<string, unknown>> = Object.assign({}, value);
+  return STAGES.every((stage) => Number.isFinite(fields[stage]));
+}

@@ -1,0 +1,128 @@
+import { existsSync } from "node:fs";
+import { writeFile } from "node:fs/promises";
+import { cpus } from "node:os";
+import { join } from "node:path";
+import { parseArgs } from "node:util";
+
+import { CASE_FILE, loadCase } from "../cases/case.js";
+import { nativeTimes, renderSample } from "./cargo.js";
+import { measureScale, type Scale } from "./scaling.js";
+import { STAGES, timeStages, type Times } from "./stages.js";
+
+const HELP = `Usage: npm run bench -- [options]
+
+Times the built wasm in Node, on one thread: medians in milliseconds.
+
+  --runs N        runs per stage after the warm-up [15]
+  --data DIR      folder with the case nis-PTS_17 [../shared/data, or $DEPTHSTITCH_DATA]; left out when missing
+  --no-native     leave the native counterpart out
+  --no-scaling    leave the scaling over photo sizes out
+  --json FILE     write the numbers there as JSON
+`;
+
+const REAL_CASE = "nis-PTS_17";
+const SAMPLE = { width: 1000, height: 662 };
+const MEGAPIXELS = [0.25, 1, 3, 6, 12];
+/** Large photos take seconds each. */
+const SCALING_RUNS = 5;
+const WARM_UP = 3;
+
+interface Timing {
+  readonly case: string;
+  readonly wasm: Times;
+  readonly native: Times | undefined;
+}
+
+const { values: flags } = parseArgs({
+  options: {
+    runs: { type: "string", default: "15" },
+    data: { type: "string", default: process.env.DEPTHSTITCH_DATA ?? "../shared/data" },
+    "no-native": { type: "boolean", default: false },
+    "no-scaling": { type: "boolean", default: false },
+    json: { type: "string" },
+    help: { type: "boolean", default: false },
+  },
+});
+
+if (flags.help) {
+  process.stdout.write(HELP);
+} else {
+  const runs = Number(flags.runs);
+  if (!Number.isInteger(runs) || runs < 1)
+    throw new RangeError(`--runs must be a whole number above 0, got ${flags.runs}`);
+  const timings = await timeCases(runs);
+  const scaling = flags["no-scaling"] ? [] : await scale();
+  if (flags.json) {
+    const machine = {
+      node: process.version,
+      cpu: cpus()[0]?.model,
+      platform: `${process.platform} ${process.arch}`,
+    };
+    await writeFile(
+      flags.json,
+      `${JSON.stringify({ machine, runs, timings, scaling }, null, 1)}\n`,
+    );
+  }
+}
+
+async function timeCases(runs: number): Promise<Timing[]> {
+  const folders = new Map([["sample", await renderSample(SAMPLE.width, SAMPLE.height)]]);
+  const real = join(flags.data, REAL_CASE);
+  if (existsSync(join(real, CASE_FILE))) folders.set(REAL_CASE, real);
+  else print(`${REAL_CASE}: left out, not in ${flags.data}`);
+
+  const timings: Timing[] = [];
+  for (const [name, folder] of folders) {
+    const pair = await loadCase(folder);
+    print(`${name} (${pair.target.width}×${pair.target.height}, median of ${runs})`);
+    const wasm = await timeStages(pair, runs, WARM_UP);
+    const native = flags["no-native"] ? undefined : await nativeTimes(folder, runs);
+    for (const line of timingLines({ case: name, wasm, native })) print(line);
+    timings.push({ case: name, wasm, native });
+  }
+  return timings;
+}
+
+function timingLines({ wasm, native }: Timing): string[] {
+  const header = ["stage", "wasm ms", ...(native ? ["native ms", "ratio"] : [])];
+  const rows = STAGES.map((stage) => {
+    const ratio = native
+      ? [native[stage].toFixed(2), (wasm[stage] / native[stage]).toFixed(2)]
+      : [];
+    return [stage, wasm[stage].toFixed(2), ...ratio];
+  });
+  return [...aligned([header, ...rows]), ""];
+}
+
+async function scale(): Promise<Scale[]> {
+  print(`whole stitch by size (sample, median of ${SCALING_RUNS})`);
+  const scales: Scale[] = [];
+  for (const megapixels of MEGAPIXELS) {
+    const width = Math.round(Math.sqrt((megapixels * 1e6 * SAMPLE.width) / SAMPLE.height));
+    const height = Math.round((width * SAMPLE.height) / SAMPLE.width);
+    scales.push(await measureScale(await renderSample(width, height), SCALING_RUNS));
+  }
+  const rows = scales.map(({ megapixels, ms, memory }) => {
+    const mebibytes = memory / 2 ** 20;
+    return [megapixels, ms, ms / megapixels, mebibytes, mebibytes / megapixels].map((value, i) =>
+      value.toFixed(i === 0 ? 2 : 0),
+    );
+  });
+  for (const line of aligned([["MP", "ms", "ms/MP", "peak MiB", "MiB/MP"], ...rows])) print(line);
+  return scales;
+}
+
+function aligned(rows: readonly (readonly string[])[]): string[] {
+  const widths = (rows[0] ?? []).map((_, column) =>
+    Math.max(...rows.map((row) => row[column]?.length ?? 0)),
+  );
+  return rows.map((row) =>
+    row
+      .map((cell, i) => (i === 0 ? cell.padEnd(widths[i] ?? 0) : cell.padStart(widths[i] ?? 0)))
+      .join("  "),
+  );
+}
+
+function print(text: string): void {
+  process.stdout.write(`${text}\n`);
+}

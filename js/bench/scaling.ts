@@ -1,0 +1,45 @@
+import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
+
+import { loadCase } from "../cases/case.js";
+import { core } from "../core.js";
+import { timeStages } from "./stages.js";
+
+/** How a whole stitch grows with the photos. */
+export interface Scale {
+  /** Pixels of the target, in millions. */
+  readonly megapixels: number;
+  /** Median milliseconds of a stitch. */
+  readonly ms: number;
+  /** Bytes of wasm memory at its peak. */
+  readonly memory: number;
+}
+
+/** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
+export async function measureScale(folder: string, runs: number): Promise<Scale> {
+  return new Promise((resolve, reject) => {
+    const worker = new Worker(new URL(import.meta.url), {
+      workerData: { folder, runs } satisfies Job,
+    });
+    worker.once("message", (scale: Scale) => resolve(scale));
+    worker.once("error", reject);
+    worker.once("exit", (code) => reject(new Error(`the thread ended with ${code}`)));
+  });
+}
+
+interface Job {
+  readonly folder: string;
+  readonly runs: number;
+}
+
+async function serve({ folder, runs }: Job): Promise<Scale> {
+  const pair = await loadCase(folder);
+  const { width, height } = pair.target;
+  const { stitch } = await timeStages(pair, runs, 1);
+  return {
+    megapixels: (width * height) / 1e6,
+    ms: stitch,
+    memory: core.call((raw) => raw.peakMemory()),
+  };
+}
+
+if (!isMainThread) parentPort?.postMessage(await serve(workerData as Job));

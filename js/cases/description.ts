@@ -1,0 +1,100 @@
+import { FileError } from "./errors.js";
+
+/** How the values of a depth file are to be read: value × `scale` is depth (`metric`) or inverse depth (`inverse`). */
+export interface DepthFormat {
+  readonly kind: "inverse" | "metric";
+  readonly scale: number;
+  /** The value, before scaling, that means "unknown". */
+  readonly invalid: number | null;
+}
+
+/** The true map x' ~ h·(x, y, 1) + e·d(x), target to reference, `h` row by row. */
+export interface TrueMap {
+  readonly h: readonly number[];
+  readonly e: readonly number[];
+}
+
+/** What a `case.json` says. File names are relative to its folder. */
+export interface CaseDescription {
+  readonly target: string;
+  readonly reference: string;
+  readonly matches: string;
+  readonly depth: (DepthFormat & { readonly target: string; readonly reference: string }) | null;
+  /** The true map, for the depth given (`truth`) or for that of `truth_inverse_depth.npy` (`truth_map`). */
+  readonly truth: (TrueMap & { readonly ownDepth: boolean }) | null;
+}
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/**
+ * Reads the text of a `case.json`; keys it does not know are ignored.
+ *
+ * @throws FileError `invalid-case`, naming the key.
+ */
+export function parseDescription(text: string, path: string): CaseDescription {
+  const fail = (reason: string): never => {
+    throw new FileError("invalid-case", path, reason);
+  };
+  const fields = (value: unknown, key: string): Fields =>
+    isFields(value) ? value : fail(`${key} must be an object`);
+  const string = (from: Fields, key: string): string => {
+    const value = from[key];
+    return typeof value === "string" && value !== "" ? value : fail(`"${key}" must be a file name`);
+  };
+  const numbers = (from: Fields, key: string, count: number): number[] => {
+    const value = from[key];
+    const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
+    if (flat.length !== count || !flat.every(isFinite))
+      return fail(`"${key}" must be ${count} numbers`);
+    return flat.filter(isFinite);
+  };
+
+  const root = fields(parseJson(text, path), "the file");
+  const map = root.truth ?? root.truth_map ?? null;
+  const truth = map === null ? null : fields(map, '"truth"');
+  const format = root.depth ?? null;
+  return {
+    target: string(root, "target"),
+    reference: string(root, "reference"),
+    matches: string(root, "matches"),
+    depth:
+      format === null
+        ? null
+        : {
+            ...parseFormat(fields(format, '"depth"'), fail),
+            target: string(root, "target_depth"),
+            reference: string(root, "reference_depth"),
+          },
+    truth: truth && {
+      h: numbers(truth, "H_inf", 9),
+      e: numbers(truth, "e_prime", 3),
+      ownDepth: (root.truth ?? null) === null,
+    },
+  };
+}
+
+function parseFormat(depth: Fields, fail: (reason: string) => never): DepthFormat {
+  const { kind, scale, invalid = null } = depth;
+  if (kind !== "inverse" && kind !== "metric")
+    return fail('"depth.kind" must be "inverse" or "metric"');
+  if (!isFinite(scale) || scale <= 0) return fail('"depth.scale" must be a number above 0');
+  if (invalid !== null && !isFinite(invalid))
+    return fail('"depth.invalid" must be a number or null');
+  return { kind, scale, invalid };
+}
+
+function parseJson(text: string, path: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    throw new FileError("invalid-case", path, "is no JSON", { cause: error });
+  }
+}
+
+function isFields(value: unknown): value is Fields {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+function isFinite(value: unknown): value is number {
+  return Number.isFinite(value);
+}

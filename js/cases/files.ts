@@ -1,0 +1,21 @@
+import { readFile } from "node:fs/promises";
+
+import { FileError, systemCode } from "./errors.js";
+
+/** The bytes of a file, or a `FileError` that says which file and why. */
+export async function readBytes(path: string): Promise<Uint8Array> {
+  try {
+    return await readFile(path);
+  } catch (error) {
+    const code = systemCode(error);
+    if (code === "ENOENT" || code === "ENOTDIR")
+      throw new FileError("not-found", path, "no such file", { cause: error });
+    const reason = code === "EISDIR" ? "is a folder" : `cannot be read (${code ?? String(error)})`;
+    throw new FileError("not-readable", path, reason, { cause: error });
+  }
+}
+
+/** A UTF-8 text file without its byte order mark. */
+export async function readText(path: string): Promise<string> {
+  return new TextDecoder().decode(await readBytes(path));
+}

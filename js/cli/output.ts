@@ -1,0 +1,79 @@
+import { randomUUID } from "node:crypto";
+import { access, constants, open, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
+import { basename, dirname, join } from "node:path";
+
+import { FileError, systemCode } from "../cases/errors.js";
+
+/** A file about to be written: its bytes first go into `temporary`, beside it. */
+interface Pending {
+  readonly path: string;
+  /** Undefined for a device or a pipe, which cannot be replaced and is written directly. */
+  readonly temporary: string | undefined;
+}
+
+/** Files that appear all together when they are complete, or not at all. */
+export interface OutputFiles {
+  /** Writes all files, then moves them to their places. */
+  readonly commit: (contents: ReadonlyMap<string, Uint8Array>) => Promise<void>;
+  /** Takes back what was not moved into place. */
+  readonly discard: () => Promise<void>;
+}
+
+/**
+ * Makes sure, before the work, that every path can be written, by creating an empty file beside it.
+ *
+ * @throws FileError `not-writable`.
+ */
+export async function openOutputs(paths: readonly string[]): Promise<OutputFiles> {
+  const pending: Pending[] = [];
+  const discard = async (): Promise<void> => {
+    await Promise.all(pending.map(({ temporary }) => temporary && rm(temporary, { force: true })));
+  };
+  const commit = async (contents: ReadonlyMap<string, Uint8Array>): Promise<void> => {
+    for (const { path, temporary } of pending) {
+      await writing(path, () =>
+        writeFile(temporary ?? path, contents.get(path) ?? new Uint8Array()),
+      );
+    }
+    for (const { path, temporary } of pending) {
+      if (temporary) await writing(path, async () => rename(temporary, await target(path)));
+    }
+  };
+  try {
+    for (const path of paths) {
+      await writing(path, async () => pending.push({ path, temporary: await openTemporary(path) }));
+    }
+  } catch (error) {
+    await discard();
+    throw error;
+  }
+  return { commit, discard };
+}
+
+async function openTemporary(path: string): Promise<string | undefined> {
+  const existing = await stat(path).catch(() => undefined);
+  if (existing?.isDirectory()) throw new FileError("not-writable", path, "is a folder");
+  if (existing) await access(path, constants.W_OK);
+  if (existing && !existing.isFile()) return undefined;
+  const place = await target(path);
+  const temporary = join(dirname(place), `.${basename(place)}.${randomUUID()}.tmp`);
+  await (await open(temporary, "wx")).close();
+  return temporary;
+}
+
+/** Where a link leads: the link stays, the file behind it is replaced. */
+async function target(path: string): Promise<string> {
+  return realpath(path).catch(() => path);
+}
+
+async function writing<T>(path: string, write: () => Promise<T>): Promise<T> {
+  try {
+    return await write();
+  } catch (error) {
+    if (error instanceof FileError) throw error;
+    const code = systemCode(error);
+    const reason =
+      code === "ENOENT" ? "no such folder" : `cannot be written (${code ?? String(error)})`;
+    throw new FileError("not-writable", path, reason, { cause: error });
+  }
+}

@@ -1,0 +1,50 @@
+import type { Pair, PairFiles } from "../cases/case.js";
+import type { Model, Options, StitchResult } from "../index.js";
+import type { Outputs } from "./arguments.js";
+
+/** The JSON of `--report`: everything about a result but its pixels. */
+export function report(
+  version: string,
+  files: PairFiles,
+  pair: Pair,
+  options: Options,
+  outputs: Outputs,
+  result: StitchResult,
+): object {
+  const { width, height } = result.mosaic;
+  return {
+    version,
+    target: { file: files.target, width: pair.target.width, height: pair.target.height },
+    reference: {
+      file: files.reference,
+      width: pair.reference.width,
+      height: pair.reference.height,
+    },
+    depth: files.depth,
+    matches: files.matches,
+    options,
+    forward: plain(result.forward),
+    reverse: plain(result.reverse),
+    fit: result.report,
+    inliers: Array.from(result.inliers),
+    canvas: { width, height, offset: result.offset, clipped: result.clipped },
+    voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
+    quality: result.quality,
+    times: result.times,
+    outputs,
+  };
+}
+
+/** What a person wants to know at a glance. PSNR never without coverage. */
+export function summary(outputs: Outputs, result: StitchResult): string {
+  const { mosaic, quality, report: fit } = result;
+  const agreement =
+    `PSNR ${quality.psnrMask.toFixed(2)} dB and SSIM ${quality.ssimMask.toFixed(3)} ` +
+    `over ${(100 * quality.coverage).toFixed(0)} % of the reference`;
+  return `${outputs.mosaic}: ${mosaic.width}×${mosaic.height}, ${fit.inliers} of ${fit.matches} matches, ${agreement}`;
+}
+
+/** A model with arrays that JSON shows as arrays; H row by row. */
+function plain({ h, e }: Model): { h: number[]; e: number[] } {
+  return { h: Array.from(h), e: Array.from(e) };
+}

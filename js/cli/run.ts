@@ -1,0 +1,146 @@
+import { extname } from "node:path";
+
+import { caseFiles, loadPair, type PairFiles } from "../cases/case.js";
+import { FileError } from "../cases/errors.js";
+import { encodeGrayPng, encodeJpeg, encodePng } from "../codecs.js";
+import {
+  StitchError,
+  defaultOptions,
+  stitch,
+  version,
+  type ImageOutput,
+  type StitchResult,
+} from "../index.js";
+import {
+  checkPaths,
+  inputPaths,
+  outputPaths,
+  parseCommand,
+  type StitchCommand,
+} from "./arguments.js";
+import { helpText } from "./help.js";
+import { openOutputs } from "./output.js";
+import { progressLine, type ProgressLine } from "./progress.js";
+import { report, summary } from "./report.js";
+import { UsageError } from "./usage.js";
+
+const OK = 0;
+const FAILED = 1;
+const USAGE = 2;
+const INTERRUPTED = 130;
+
+/** Does what the command line (without `node` and the script) asks for and returns the exit code. */
+export async function run(args: readonly string[]): Promise<number> {
+  try {
+    const command = parseCommand(args);
+    switch (command.kind) {
+      case "help":
+        process.stdout.write(helpText(await defaultOptions()));
+        break;
+      case "version":
+        process.stdout.write(`${await version()}\n`);
+        break;
+      case "stitch":
+        await interruptible((signal) => runStitch(command, signal));
+    }
+    return OK;
+  } catch (error) {
+    return explain(error);
+  }
+}
+
+async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<void> {
+  const { settings, outputs, quiet } = command;
+  const line = progressLine(process.stderr, !quiet && (command.progress ?? process.stderr.isTTY));
+  const files = "case" in command.input ? await caseFiles(command.input.case) : command.input;
+  checkPaths(outputs, inputPaths(files));
+  const out = await openOutputs(outputPaths(outputs));
+  try {
+    const { result, contents } = await work(command, files, line, signal);
+    signal.throwIfAborted();
+    await out.commit(contents);
+    line.clear();
+    if (quiet) return;
+    for (const { code, message } of result.report.warnings)
+      complain(`warning: ${code}: ${message}`);
+    process.stdout.write(`${summary(outputs, result)}\n`);
+  } finally {
+    line.clear();
+    await out.discard();
+  }
+}
+
+/** Reads, stitches and encodes: the bytes of every output, by path. */
+async function work(
+  { settings, outputs, quality }: StitchCommand,
+  files: PairFiles,
+  line: ProgressLine,
+  signal: AbortSignal,
+): Promise<{ result: StitchResult; contents: ReadonlyMap<string, Uint8Array> }> {
+  line.say("reading");
+  const pair = await loadPair(files);
+  const { matches, targetDepth, referenceDepth } = pair;
+  const call = { onProgress: line.show, signal };
+  const result = await stitch(pair.target, pair.reference, {
+    ...settings,
+    ...call,
+    matches,
+    targetDepth,
+    referenceDepth,
+  });
+  line.say("writing");
+  const contents = new Map([
+    [outputs.mosaic, await encodeImage(outputs.mosaic, result.mosaic, quality)],
+  ]);
+  if (outputs.warped) contents.set(outputs.warped, await encodePng(result.warped));
+  if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
+  if (outputs.report) {
+    const options = { ...(await defaultOptions()), ...settings };
+    const json = report(await version(), files, pair, options, outputs, result);
+    contents.set(outputs.report, new TextEncoder().encode(`${JSON.stringify(json, null, 1)}\n`));
+  }
+  return { result, contents };
+}
+
+async function encodeImage(path: string, image: ImageOutput, quality: number): Promise<Uint8Array> {
+  return extname(path).toLowerCase() === ".png" ? encodePng(image) : encodeJpeg(image, quality);
+}
+
+/** Runs `work` with a signal that the first Ctrl-C aborts; a second one ends the process as usual. */
+async function interruptible(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
+  const controller = new AbortController();
+  const interrupt = (): void => controller.abort();
+  process.once("SIGINT", interrupt);
+  try {
+    await work(controller.signal);
+  } finally {
+    process.off("SIGINT", interrupt);
+  }
+}
+
+/** Says on one line of stderr what went wrong and returns the exit code. */
+function explain(error: unknown): number {
+  if (error instanceof Error && error.name === "AbortError") {
+    complain("aborted: stopped by Ctrl-C");
+    return INTERRUPTED;
+  }
+  if (error instanceof UsageError) {
+    complain(`usage: ${error.message}`);
+    return USAGE;
+  }
+  if (error instanceof StitchError) {
+    complain(`${error.code}: ${error.message}`);
+    // What the core calls an argument was typed as a flag.
+    return error.code === "invalid-argument" ? USAGE : FAILED;
+  }
+  if (error instanceof FileError) {
+    complain(`${error.code}: ${error.message}`);
+    return FAILED;
+  }
+  complain(`internal: ${error instanceof Error ? (error.stack ?? error.message) : String(error)}`);
+  return FAILED;
+}
+
+function complain(text: string): void {
+  process.stderr.write(`depthstitch: ${text.replaceAll(/\s+/g, " ").trim()}\n`);
+}

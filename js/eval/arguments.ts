@@ -1,0 +1,113 @@
+import { parseArgs } from "node:util";
+
+import { systemCode } from "../cases/errors.js";
+import { SETTING_NAMES, applySetting, isSettingName } from "../cli/settings.js";
+import { UsageError } from "../cli/usage.js";
+import type { Options } from "../index.js";
+import { LATER_MODES, MODES, type Mode } from "./modes.js";
+
+/** What an evaluation is asked to do. */
+export interface Request {
+  readonly data: string;
+  readonly modes: readonly (readonly [name: string, mode: Mode])[];
+  /** Whether a case of this name is wanted. */
+  readonly wanted: (name: string) => boolean;
+  /** Options on top of every mode's own. */
+  readonly settings: Partial<Options>;
+  readonly out: string | undefined;
+  readonly json: string | undefined;
+  readonly check: boolean;
+}
+
+export const HELP = `Usage: npm run eval -- --data DIR [options]
+
+Stitches every case folder in DIR and prints what it measures.
+
+  --data DIR           folder of case folders, or one case folder [../shared/data, or $DEPTHSTITCH_DATA]
+  --mode MODE[,MODE]   ${[...MODES.keys()].join(", ")} [default]
+  --cases GLOB[,GLOB]  only the cases of these names; * and ? as in a shell
+  --matches supplied   whose matches to use [supplied]
+  --seed N             the sampler's seed
+  --set OPTION=VALUE   any option of stitch, on top of the mode's; may be repeated
+  --out DIR            write CASE_MODE_mosaic.png and CASE_MODE_warped.png there
+  --json FILE          write the rows there as JSON
+  --check              compare with js/eval/floors.json; exit 1 when a number falls short
+  --help               print this
+`;
+
+/**
+ * Understands a command line; undefined when it asks for help.
+ *
+ * @throws UsageError
+ */
+export function parseRequest(args: readonly string[]): Request | undefined {
+  const flags = parse(args);
+  if (flags.help) return undefined;
+  const matches = flags.matches ?? "supplied";
+  if (matches === "own")
+    throw new UsageError("--matches own: this version has no matcher of its own yet");
+  if (matches !== "supplied")
+    throw new UsageError(`--matches must be supplied, got ${JSON.stringify(matches)}`);
+
+  const settings: Partial<Options> = {};
+  if (flags.seed !== undefined) applySetting(settings, "seed", flags.seed, "--seed");
+  for (const assignment of flags.set ?? []) {
+    const equals = assignment.indexOf("=");
+    const name = assignment.slice(0, Math.max(equals, 0));
+    if (!isSettingName(name)) {
+      throw new UsageError(
+        `--set needs OPTION=VALUE with one of ${SETTING_NAMES.join(", ")}, got ${assignment}`,
+      );
+    }
+    applySetting(settings, name, assignment.slice(equals + 1), name);
+  }
+  return {
+    data: flags.data ?? process.env.DEPTHSTITCH_DATA ?? "../shared/data",
+    modes: (flags.mode ?? "default").split(",").map((name) => [name, modeOf(name)] as const),
+    wanted: globs(flags.cases ?? "*"),
+    settings,
+    out: flags.out,
+    json: flags.json,
+    check: flags.check ?? false,
+  };
+}
+
+function parse(args: readonly string[]) {
+  try {
+    return parseArgs({
+      args: [...args],
+      options: {
+        data: { type: "string" },
+        mode: { type: "string" },
+        cases: { type: "string" },
+        matches: { type: "string" },
+        seed: { type: "string" },
+        set: { type: "string", multiple: true },
+        out: { type: "string" },
+        json: { type: "string" },
+        check: { type: "boolean" },
+        help: { type: "boolean" },
+      },
+    }).values;
+  } catch (error) {
+    if (!(error instanceof Error) || !systemCode(error)?.startsWith("ERR_PARSE_ARGS")) throw error;
+    throw new UsageError(error.message);
+  }
+}
+
+function modeOf(name: string): Mode {
+  const mode = MODES.get(name);
+  if (mode) return mode;
+  if (LATER_MODES.includes(name)) throw new UsageError(`mode ${name} belongs to a later version`);
+  throw new UsageError(
+    `--mode must be of ${[...MODES.keys()].join(", ")}, got ${JSON.stringify(name)}`,
+  );
+}
+
+function globs(patterns: string): (name: string) => boolean {
+  const expressions = patterns.split(",").map((pattern) => {
+    const escaped = pattern.replaceAll(/[.+^${}()|[\]\\]/g, "\\$&");
+    return new RegExp(`^${escaped.replaceAll("*", ".*").replaceAll("?", ".")}$`);
+  });
+  return (name) => expressions.some((expression) => expression.test(name));
+}

@@ -1,0 +1,110 @@
+import { access, mkdir, readdir, writeFile } from "node:fs/promises";
+import { basename, join, resolve } from "node:path";
+
+import { CASE_FILE } from "../cases/case.js";
+import { systemCode } from "../cases/errors.js";
+import { UsageError } from "../cli/usage.js";
+import { encodePng } from "../codecs.js";
+import type { StitchResult } from "../index.js";
+import { HELP, parseRequest, type Request } from "./arguments.js";
+import { evaluate, type Row } from "./evaluate.js";
+import { checkFloors, readFloors } from "./floors.js";
+import { means } from "./summarise.js";
+import { tableLines } from "./table.js";
+
+/** Runs the evaluation that the command line (without `node` and the script) asks for; returns the exit code. */
+export async function run(args: readonly string[]): Promise<number> {
+  try {
+    const request = parseRequest(args);
+    if (request) return await runRequest(request);
+    print(HELP.trimEnd());
+    return 0;
+  } catch (error) {
+    if (!(error instanceof UsageError)) throw error;
+    process.stderr.write(`eval: ${error.message.replaceAll(/\s+/g, " ")}\n`);
+    return 2;
+  }
+}
+
+async function runRequest(request: Request): Promise<number> {
+  const folders = await caseFolders(request.data, request.wanted);
+  const lines = tableLines(Math.max(...folders.map(({ name }) => name.length), 12));
+  if (request.out) await mkdir(request.out, { recursive: true });
+
+  const rows: Row[] = [];
+  for (const [modeName, mode] of request.modes) {
+    print(`${modeName}\n${lines.header}`);
+    for (const { name, path } of folders) {
+      const { row, result } = await evaluate(path, name, modeName, mode, request.settings);
+      rows.push(row);
+      print(lines.row(row));
+      if (request.out && result) await writePictures(request.out, `${name}_${modeName}`, result);
+    }
+    for (const mean of means(rows.filter((row) => row.mode === modeName))) print(lines.mean(mean));
+    print("");
+  }
+  if (request.json) await writeFile(request.json, `${JSON.stringify(rows, rounded, 1)}\n`);
+  if (request.check) return check(request, rows);
+  return rows.some(({ failed }) => failed === undefined) ? 0 : 1;
+}
+
+/** Compares with the floors: 0 when every number holds, 1 when one falls short or there was nothing to compare. */
+async function check(request: Request, rows: readonly Row[]): Promise<number> {
+  const floors = await readFloors();
+  let checked = 0;
+  let short = 0;
+  for (const [modeName] of request.modes) {
+    const ofMode = rows.filter((row) => row.mode === modeName);
+    const found = checkFloors(floors, modeName, ofMode, means(ofMode));
+    checked += found.checked;
+    short += found.short.length;
+    for (const line of found.short) print(`short: ${line}`);
+  }
+  print(`${checked} rows with a floor, ${short} numbers fall short`);
+  return checked > 0 && short === 0 ? 0 : 1;
+}
+
+interface CaseFolder {
+  readonly name: string;
+  readonly path: string;
+}
+
+async function caseFolders(data: string, wanted: (name: string) => boolean): Promise<CaseFolder[]> {
+  if (await exists(join(data, CASE_FILE))) return [{ name: basename(resolve(data)), path: data }];
+  const entries = await readdir(data).catch((error: unknown) => {
+    throw new UsageError(`--data ${data}: cannot be read (${systemCode(error) ?? String(error)})`);
+  });
+  const found: CaseFolder[] = [];
+  for (const name of entries.filter(wanted).sort()) {
+    const path = join(data, name);
+    if (await exists(join(path, CASE_FILE))) found.push({ name, path });
+  }
+  if (found.length === 0)
+    throw new UsageError(`--data ${data}: no case folder that --cases asks for`);
+  return found;
+}
+
+async function exists(path: string): Promise<boolean> {
+  return access(path).then(
+    () => true,
+    () => false,
+  );
+}
+
+async function writePictures(
+  folder: string,
+  name: string,
+  { mosaic, warped }: StitchResult,
+): Promise<void> {
+  await writeFile(join(folder, `${name}_mosaic.png`), await encodePng(mosaic));
+  await writeFile(join(folder, `${name}_warped.png`), await encodePng(warped));
+}
+
+/** Four decimals: more than any of the measures is good for. */
+function rounded(_key: string, value: unknown): unknown {
+  return typeof value === "number" ? Number(value.toFixed(4)) : value;
+}
+
+function print(text: string): void {
+  process.stdout.write(`${text}\n`);
+}

@@ -1,0 +1,268 @@
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdir, mkdtemp, readFile, readdir, rm, symlink, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { progressLine } from "../../dist/cli/progress.js";
+import { SETTINGS, flagName } from "../../dist/cli/settings.js";
+import { decodeDepth, decodeImage } from "../../dist/codecs.js";
+import { defaultOptions, version } from "../../dist/index.js";
+import { HEIGHT, WIDTH, writeCase } from "./rendered-case.mjs";
+
+const MAIN = fileURLToPath(new URL("../../dist/cli/main.js", import.meta.url));
+
+/** @type {string} */
+let folder;
+/** @type {string} */
+let work;
+/** @type {number} */
+let matchCount;
+
+before(async () => {
+  folder = await mkdtemp(join(tmpdir(), "depthstitch-cli-"));
+  matchCount = (await writeCase(join(folder, "case"))).length;
+  work = join(folder, "work");
+});
+after(() => rm(folder, { recursive: true, force: true }));
+
+/**
+ * Runs the command line in an empty folder.
+ *
+ * @param {string[]} args
+ * @param {(child: import("node:child_process").ChildProcess) => void} [started]
+ */
+async function run(args, started) {
+  await rm(work, { recursive: true, force: true });
+  await mkdir(work);
+  const child = spawn(process.execPath, [MAIN, ...args], { cwd: work });
+  let stdout = "";
+  let stderr = "";
+  child.stdout.on("data", (chunk) => (stdout += chunk));
+  child.stderr.on("data", (chunk) => (stderr += chunk));
+  started?.(child);
+  const code = await new Promise((resolve) => child.once("close", resolve));
+  return { code, stdout, stderr, files: (await readdir(work)).sort() };
+}
+
+/** @param {string} name */
+const input = (name) => join(folder, "case", name);
+const pair = () => [input("target.png"), input("reference.png"), "--matches", input("matches.csv")];
+const depths = () => [
+  "--target-depth",
+  input("target_depth.png"),
+  "--reference-depth",
+  input("reference_depth.png"),
+];
+
+/**
+ * @param {Awaited<ReturnType<typeof run>>} result
+ * @param {number} code
+ * @param {RegExp} line
+ */
+function assertFails(result, code, line) {
+  assert.equal(result.code, code, result.stderr);
+  assert.match(result.stderr, /^depthstitch: [^\n]+\n$/, "one line on stderr");
+  assert.match(result.stderr, line);
+  assert.equal(result.stdout, "");
+  assert.deepEqual(result.files, [], "nothing is left behind");
+}
+
+test("a pair with depth becomes a mosaic, its parts and a report", async () => {
+  const outputs = [
+    "-o",
+    "m.jpg",
+    "--warped",
+    "w.png",
+    "--void-mask",
+    "v.png",
+    "--report",
+    "r.json",
+  ];
+  const result = await run([...pair(), ...depths(), ...outputs, "--seed", "7"]);
+  assert.equal(result.code, 0, result.stderr);
+  assert.deepEqual(result.files, ["m.jpg", "r.json", "v.png", "w.png"]);
+  assert.match(result.stdout, /^m\.jpg: \d+×\d+, \d+ of \d+ matches, PSNR .* of the reference\n$/);
+
+  const report = JSON.parse(await readFile(join(work, "r.json"), "utf8"));
+  const mosaic = await decodeImage(await readFile(join(work, "m.jpg")));
+  const warped = await decodeImage(await readFile(join(work, "w.png")));
+  const voids = await decodeDepth(await readFile(join(work, "v.png")));
+  for (const image of [mosaic, warped, voids]) {
+    assert.deepEqual([image.width, image.height], [report.canvas.width, report.canvas.height]);
+  }
+  assert.ok(report.canvas.width >= WIDTH && report.canvas.height >= HEIGHT);
+  assert.equal(report.voidPixels, voids.data.filter((value) => value !== 0).length);
+
+  assert.deepEqual(report.options, { ...(await defaultOptions()), seed: 7 });
+  assert.equal(report.version, await version());
+  assert.equal(report.fit.model, "depth");
+  assert.equal(report.fit.matches, matchCount);
+  assert.equal(report.inliers.length, matchCount);
+  const inliers = report.inliers.filter((/** @type {number} */ flag) => flag === 1).length;
+  assert.equal(report.fit.inliers, inliers);
+  assert.ok(report.quality.psnrMask > 25, `PSNR ${report.quality.psnrMask}`);
+  assert.ok(report.quality.coverage > 0.6, `coverage ${report.quality.coverage}`);
+  assert.ok(report.times.warp > 0);
+});
+
+test("a case folder says it all; the default output is mosaic.png", async () => {
+  const result = await run(["--case", join(folder, "case"), "--report", "r.json"]);
+  assert.equal(result.code, 0, result.stderr);
+  assert.deepEqual(result.files, ["mosaic.png", "r.json"]);
+  const report = JSON.parse(await readFile(join(work, "r.json"), "utf8"));
+  assert.equal(report.fit.model, "depth");
+  assert.equal(report.depth.scale, 0.5);
+});
+
+test("a pair without depth is stitched with a warning; --quiet silences it", async () => {
+  const loud = await run(pair());
+  assert.equal(loud.code, 0, loud.stderr);
+  assert.match(loud.stderr, /^depthstitch: warning: no-depth: /m);
+  const quiet = await run([...pair(), "--quiet"]);
+  assert.deepEqual([quiet.code, quiet.stdout, quiet.stderr], [0, "", ""]);
+});
+
+test("progress is silent off a terminal unless asked for", async () => {
+  const args = ["--case", join(folder, "case")];
+  assert.doesNotMatch((await run(args)).stderr, /^warp/m);
+  const { stderr } = await run([...args, "--progress"]);
+  for (const stage of ["reading", "estimate", "warp", "writing"]) {
+    assert.match(stderr, new RegExp(`^${stage}$`, "m"));
+  }
+});
+
+test("on a terminal progress is one line, rewritten and cleared", () => {
+  let written = "";
+  const terminal = { isTTY: true, write: (/** @type {string} */ text) => (written += text) };
+  const line = progressLine(terminal, true);
+  line.show({ stage: "warp", fraction: 0.5 });
+  line.show({ stage: "warp", fraction: 0.501 });
+  line.show({ stage: "blend", fraction: 0 });
+  line.clear();
+  line.clear();
+  assert.equal(written, "\r\x1b[Kwarp 50 %\r\x1b[Kblend 0 %\r\x1b[K");
+  progressLine(terminal, false).show({ stage: "fill", fraction: 1 });
+  assert.doesNotMatch(written, /fill/);
+});
+
+test("depth flags reach the core: a wrong kind of depth fits worse", async () => {
+  const residual = async (/** @type {string[]} */ flags) => {
+    const result = await run([...pair(), ...depths(), ...flags, "--report", "r.json"]);
+    assert.equal(result.code, 0, result.stderr);
+    return JSON.parse(await readFile(join(work, "r.json"), "utf8")).quality.psnrMask;
+  };
+  assert.ok((await residual([])) > (await residual(["--depth-kind", "metric"])) + 3);
+});
+
+test("a reader that stops reading is no failure", async () => {
+  const { code, stderr } = await run(["--case", join(folder, "case")], (child) => {
+    child.stdout?.destroy();
+  });
+  assert.deepEqual([code, stderr], [0, ""]);
+});
+
+test("every option of the core has a flag, and --help shows it with its default", async () => {
+  const defaults = await defaultOptions();
+  assert.deepEqual(Object.keys(SETTINGS).sort(), Object.keys(defaults).sort());
+  const { code, stdout } = await run(["--help"]);
+  assert.equal(code, 0);
+  for (const [name, value] of Object.entries(defaults)) {
+    const flag = stdout.indexOf(`--${flagName(name)} `);
+    assert.ok(flag >= 0, name);
+    const entry = stdout.slice(flag).replaceAll(/\s+/g, " ");
+    assert.equal(/\[([^\]]*)\]/.exec(entry)?.[1], String(value), name);
+  }
+  for (const exit of ["0", "1", "2", "130"]) assert.match(stdout, new RegExp(`\\b${exit} `));
+});
+
+test("--version prints the version of the core", async () => {
+  const { code, stdout } = await run(["--version"]);
+  assert.deepEqual([code, stdout], [0, `${await version()}\n`]);
+});
+
+test("a wrong command line exits with 2", async () => {
+  const wrong = [
+    { args: ["--nonsense"], line: /usage: .*--nonsense/ },
+    { args: [], line: /TARGET and REFERENCE/ },
+    { args: [input("target.png")], line: /TARGET and REFERENCE/ },
+    { args: pair().slice(0, 2), line: /--matches/ },
+    { args: [...pair(), ...depths().slice(0, 2)], line: /go together/ },
+    { args: [...pair(), "--invalid", "0"], line: /--invalid needs/ },
+    { args: [...pair(), "--seed", "many"], line: /--seed must be a number, got "many"/ },
+    { args: [...pair(), "--warp-mode", "sideways"], line: /--warp-mode must be one of forward/ },
+    { args: [...pair(), "--max-trials", "-1"], line: /invalid-argument: maxTrials .*-1/ },
+    { args: [...pair(), "--seed"], line: /usage: .*--seed/ },
+    { args: [...pair(), "--confidence=7"], line: /invalid-argument: confidence/ },
+    { args: [...pair(), "-o", "m.gif"], line: /must end in \.png/ },
+    { args: [...pair(), "--warped", "w.jpg"], line: /must end in \.png/ },
+    { args: [...pair(), "-o", input("target.png")], line: /is an input/ },
+    { args: [...pair(), "-o", "a.png", "--warped", "./a.png"], line: /another output/ },
+    { args: ["--case", "x", "--matches", "y"], line: /cannot be combined/ },
+    { args: ["--case", "x", "y.png"], line: /--case brings its own/ },
+  ];
+  for (const { args, line } of wrong) assertFails(await run(args), 2, line);
+});
+
+test("a file that is missing or damaged exits with 1 and is named", async () => {
+  const broken = join(folder, "broken.png");
+  await writeFile(broken, "no picture");
+  const unheaded = join(folder, "unheaded.csv");
+  await writeFile(unheaded, "1,2,3,4\n");
+  const [target, reference, ...matches] = pair();
+  assert.ok(target && reference);
+  const cases = [
+    { args: ["missing.png", reference, ...matches], line: /not-found: missing\.png: no such file/ },
+    { args: [broken, reference, ...matches], line: /decode-failed: .*broken\.png: / },
+    { args: [target, reference, "-m", unheaded], line: /invalid-matches: .*line 1 must be/ },
+    { args: ["--case", folder], line: /not-found: .*case\.json/ },
+    {
+      args: [...pair(), "-o", "nowhere/m.png"],
+      line: /not-writable: nowhere\/m\.png: no such folder/,
+    },
+    { args: [...pair(), "--report", folder], line: /not-writable: .*is a folder/ },
+  ];
+  for (const { args, line } of cases) assertFails(await run(args), 1, line);
+});
+
+test("photos that cannot be stitched exit with 1 and the core's code", async () => {
+  const few = join(folder, "few.csv");
+  await writeFile(few, "xt,yt,xr,yr\n1,2,3,4\n");
+  const [target, reference] = pair();
+  assert.ok(target && reference);
+  assertFails(await run([target, reference, "-m", few]), 1, /too-few-matches: /);
+});
+
+test("an output that exists survives a failure and is replaced, through a link, by a success", async () => {
+  const precious = join(folder, "precious.png");
+  await writeFile(precious, "old");
+  const few = join(folder, "one.csv");
+  await writeFile(few, "xt,yt,xr,yr\n1,2,3,4\n");
+  const [target, reference] = pair();
+  assert.ok(target && reference);
+  const failed = await run([target, reference, "-m", few, "-o", precious]);
+  assert.equal(failed.code, 1);
+  assert.equal(await readFile(precious, "utf8"), "old");
+
+  const link = join(folder, "link.png");
+  await symlink(precious, link);
+  const done = await run([...pair(), ...depths(), "-o", link]);
+  assert.equal(done.code, 0, done.stderr);
+  assert.ok((await decodeImage(await readFile(precious))).width >= WIDTH);
+});
+
+test("Ctrl-C stops with 130 and leaves nothing behind", async () => {
+  let interrupted = false;
+  const result = await run([...pair(), ...depths(), "--progress"], (child) => {
+    child.stderr?.on("data", (chunk) => {
+      if (interrupted || !String(chunk).includes("reading")) return;
+      interrupted = true;
+      child.kill("SIGINT");
+    });
+  });
+  assert.ok(interrupted);
+  assert.equal(result.code, 130, result.stderr);
+  assert.match(result.stderr, /^depthstitch: aborted: /m);
+  assert.deepEqual(result.files, []);
+});
