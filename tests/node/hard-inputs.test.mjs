@@ -303,7 +303,8 @@ test("wrong numbers among good matches change nothing", async () => {
   const wrong = [NaN, Infinity, -Infinity, 3e38, -1, 1e6];
   const mixed = Array.from({ length: inputs.matches.length / 4 }, (_, i) => {
     const good = [...inputs.matches.subarray(4 * i, 4 * i + 4)];
-    return [...good.with(i % 4, wrong[i % wrong.length] ?? NaN), ...good];
+    const broken = good.map((value, k) => (k === i % 4 ? (wrong[i % wrong.length] ?? NaN) : value));
+    return [...broken, ...good];
   });
   const found = await stitch(target, reference, {
     ...inputs,
