@@ -81,7 +81,7 @@ impl VertexGrid {
             for (a, b) in above.windows(2).zip(below.windows(2)) {
                 let corners = [a[0], a[1], b[1], b[0]];
                 if is_valid(corners) {
-                    let [h, v] = sides(corners);
+                    let [h, v] = mean_sides(squared_sides(corners));
                     row = [row[0] + h, row[1] + v];
                     cells += 1;
                 }
@@ -98,15 +98,20 @@ fn is_valid(corners: [Point; 4]) -> bool {
     corners.iter().all(|corner| corner[0] != INVALID)
 }
 
-/// Mean horizontal and mean vertical side, in pixels, of a valid cell with corners in turn from the top left.
-#[inline]
-pub(super) fn sides(c: [Point; 4]) -> [f32; 2] {
-    let length = |a: Point, b: Point| {
+/// Squared sides of a valid cell with corners in turn from the top left: top, right, bottom, left, in squared pixels.
+#[inline(always)]
+pub(super) fn squared_sides(c: [Point; 4]) -> [f32; 4] {
+    let square = |a: Point, b: Point| {
         let (x, y) = ((b[0] - a[0]) as f32, (b[1] - a[1]) as f32);
-        (x * x + y * y).sqrt()
+        (x * x + y * y) * (1.0 / (SUBPIXEL * SUBPIXEL) as f32)
     };
-    let half = 0.5 / SUBPIXEL as f32;
-    [half * (length(c[0], c[1]) + length(c[3], c[2])), half * (length(c[0], c[3]) + length(c[1], c[2]))]
+    [square(c[0], c[1]), square(c[1], c[2]), square(c[3], c[2]), square(c[0], c[3])]
+}
+
+/// Mean horizontal and mean vertical side in pixels, from [`squared_sides`].
+#[inline(always)]
+pub(super) fn mean_sides([top, right, bottom, left]: [f32; 4]) -> [f32; 2] {
+    [0.5 * (top.sqrt() + bottom.sqrt()), 0.5 * (left.sqrt() + right.sqrt())]
 }
 
 /// Vertex positions along one side: every pixel, or `cells` equal steps between the first and the last pixel.

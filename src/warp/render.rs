@@ -1,7 +1,7 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
-use super::grid::{Point, VertexGrid, sides};
+use super::grid::{Point, VertexGrid, mean_sides, squared_sides};
 use super::raster::Rasteriser;
 use super::sample::Tap;
 use super::{WarpMode, WarpOptions};
@@ -42,15 +42,20 @@ pub(super) fn render(
             painter.offer(x, y, [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy], corners);
         });
     }
+    painter.finish();
     Ok(())
 }
+
+const COVERED: u8 = 1;
+const TAKEN: u8 = 255;
 
 /// Decides which candidates become pixels.
 struct Painter<'a> {
     scene: &'a Scene<'a>,
     canvas: &'a Canvas,
     pixels: &'a mut [[u8; 4]],
-    footprint: &'a mut [u8],
+    /// [`COVERED`] where a candidate was offered, [`TAKEN`] where one was accepted. Ends as the footprint.
+    state: &'a mut [u8],
     /// Smallest wins: squared photometric error inside the reference, minus inverse depth outside. Empty without
     /// selection.
     keys: Vec<f32>,
@@ -78,7 +83,7 @@ impl<'a> Painter<'a> {
             scene,
             canvas,
             pixels: image.data.as_chunks_mut().0,
-            footprint: &mut footprint.data,
+            state: &mut footprint.data,
             keys: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
             recover,
             select,
@@ -92,10 +97,13 @@ impl<'a> Painter<'a> {
     fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: &[Point; 4]) {
         let (offset_x, offset_y) = self.canvas.offset;
         let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
-        self.footprint[at] = 255;
-        let taken = self.pixels[at][3] != 0;
+        let state = &mut self.state[at];
+        let taken = *state == TAKEN;
         if taken && !self.select {
             return;
+        }
+        if !taken {
+            *state = COVERED;
         }
         let scene = self.scene;
         let (width, height) = (scene.reference.width(), scene.reference.height());
@@ -112,7 +120,7 @@ impl<'a> Painter<'a> {
         if self.select {
             let key = match (inside, scene.target_depth) {
                 (true, _) => photometric_error(scene.reference.pixels()[index], colour),
-                (false, Some(depth)) => -tap.value(depth.data()),
+                (false, Some(depth)) => -tap.nearest(depth.data()),
                 (false, None) => 0.0,
             };
             if taken && key >= self.keys[at] {
@@ -120,7 +128,13 @@ impl<'a> Painter<'a> {
             }
             self.keys[at] = key;
         }
+        self.state[at] = TAKEN;
         self.pixels[at] = [colour[0], colour[1], colour[2], 255];
+    }
+
+    /// Turns the states into the footprint.
+    fn finish(self) {
+        self.state.iter_mut().for_each(|state| *state = if *state == 0 { 0 } else { 255 });
     }
 
     /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by
@@ -137,8 +151,15 @@ impl<'a> Painter<'a> {
     /// and the authors' program agree on "or"; its algorithm 2 says the opposite.)
     #[inline(always)]
     fn stretched(&self, corners: &[Point; 4]) -> bool {
-        let [h, v] = sides(*corners);
-        h > self.longest[0] || v > self.longest[1]
+        let squared = squared_sides(*corners);
+        let [top, right, bottom, left] = squared;
+        let [longest_h, longest_v] = self.longest;
+        // Nearly all cells pass without a root.
+        if top.max(bottom) <= longest_h * longest_h && left.max(right) <= longest_v * longest_v {
+            return false;
+        }
+        let [h, v] = mean_sides(squared);
+        h > longest_h || v > longest_v
     }
 }
 
