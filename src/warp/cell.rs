@@ -1,9 +1,7 @@
 //! A warped cell of any size and shape: which canvas pixels it covers, and where in the cell each of them lies
 //! (paper, section 3.2.1).
 
-use super::grid::{Point, SUBPIXEL_BITS};
-
-const PIXEL: i32 = 1 << SUBPIXEL_BITS;
+use super::grid::{PIXEL, Point, SUBPIXEL_BITS};
 
 /// A cell that is not wholly turned over: the back of a fold is never a visible surface.
 pub(super) struct Cell {
@@ -20,8 +18,7 @@ enum Shape {
 }
 
 /// First and last pixel whose centre lies in the bounding box of a cell along one axis; empty when first > last.
-#[inline(always)]
-pub(super) fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
+fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
     let [a, b, c, d] = [corners[0][axis], corners[1][axis], corners[2][axis], corners[3][axis]];
     let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     ((min + (PIXEL - 1)) >> SUBPIXEL_BITS, max >> SUBPIXEL_BITS)

@@ -1,6 +1,9 @@
 //! Forward map of the target's grid vertices into the reference's view (paper, section 3.2.1).
 
+use wide::i32x4;
+
 use super::canvas::Limits;
+use super::raster::LANES;
 use crate::geometry::Model;
 use crate::image::{reserve, zeroed};
 use crate::{Error, InverseDepth, Result};
@@ -8,9 +11,11 @@ use crate::{Error, InverseDepth, Result};
 /// Binary digits after the point of a [`Point`]. On this grid edge functions are exact in integers, so neighbouring
 /// cells meet without gap or overlap.
 pub(super) const SUBPIXEL_BITS: u32 = 10;
-const SUBPIXEL: f64 = (1 << SUBPIXEL_BITS) as f64;
+/// One pixel in fixed point.
+pub(super) const PIXEL: i32 = 1 << SUBPIXEL_BITS;
+const SUBPIXEL: f64 = PIXEL as f64;
 
-/// A mapped position in fixed point; x is [`INVALID`] for a vertex behind the camera, at a hole or beyond the canvas
+/// A mapped position in fixed point; both are [`INVALID`] for a vertex behind the camera, at a hole or beyond the canvas
 /// limit.
 pub(super) type Point = [i32; 2];
 pub(super) const INVALID: i32 = i32::MIN;
@@ -21,8 +26,10 @@ pub(super) struct VertexGrid {
     pub xs: Vec<f64>,
     /// Target y of each row of vertices.
     pub ys: Vec<f64>,
-    /// Mapped positions, row by row, in reference pixels.
-    pub points: Vec<Point>,
+    /// Mapped x and y in reference pixels, row by row; rows are filled up with [`INVALID`] to `stride`.
+    x: Vec<i32>,
+    y: Vec<i32>,
+    stride: usize,
     /// Smallest and largest mapped x and y.
     pub bounds: [f64; 4],
     /// Whether a vertex lay beyond the canvas limit.
@@ -39,79 +46,67 @@ impl VertexGrid {
         limits: &Limits,
     ) -> Result<Self> {
         let (xs, ys) = (axis(columns, size.0)?, axis(rows, size.1)?);
-        let mut points = Vec::new();
-        reserve(&mut points, xs.len() * ys.len())?;
+        let stride = (xs.len() - 1).next_multiple_of(LANES) + 1;
+        let (mut px, mut py) = (Vec::new(), Vec::new());
+        reserve(&mut px, stride * ys.len())?;
+        reserve(&mut py, stride * ys.len())?;
         let mut clipped = false;
         let mut depths: Vec<f32> = zeroed(xs.len())?;
-        for &y in &ys {
+        for (j, &y) in ys.iter().enumerate() {
             sample_row(depth, &xs, y, &mut depths);
-            let column = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
-            let ([u, v, w], at) =
-                ([column(0), column(1), column(2)], |(h, c, e): (f64, f64, f64), x, d| h * x + c + e * d);
-            points.extend(xs.iter().zip(&depths).map(|(&x, &d)| {
+            let row = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
+            let ([u, v, w], at) = ([row(0), row(1), row(2)], |(h, c, e): (f64, f64, f64), x, d| h * x + c + e * d);
+            for (&x, &d) in xs.iter().zip(&depths) {
                 let d = f64::from(d);
                 let scale = 1.0 / at(w, x, d);
-                let (px, py) = (at(u, x, d) * scale, at(v, x, d) * scale);
-                // Behind the camera, or a hole.
-                if scale <= 0.0 || scale.is_nan() {
-                    [INVALID; 2]
-                } else if limits.contains(px, py) {
-                    [fixed(px), fixed(py)]
-                } else {
-                    clipped = true;
-                    [INVALID; 2]
-                }
-            }));
+                let (mapped_x, mapped_y) = (at(u, x, d) * scale, at(v, x, d) * scale);
+                // Not behind the camera, and not a hole, where all of these are NaN.
+                let in_front = scale > 0.0;
+                let visible = in_front && limits.contains(mapped_x, mapped_y);
+                clipped |= in_front && !visible;
+                px.push(if visible { fixed(mapped_x) } else { INVALID });
+                py.push(if visible { fixed(mapped_y) } else { INVALID });
+            }
+            px.resize((j + 1) * stride, INVALID);
+            py.resize((j + 1) * stride, INVALID);
         }
-        let bounds = bounds(&points)?;
-        Ok(Self { xs, ys, points, bounds, clipped })
+        let bounds = bounds(&px, &py)?;
+        Ok(Self { xs, ys, x: px, y: py, stride, bounds, clipped })
     }
 
     /// Rows of cells with their corner points: the vertices of the row above and of the row below.
-    pub fn cell_rows(&self) -> impl Iterator<Item = (&[Point], &[Point])> {
-        let n = self.xs.len();
-        self.points.chunks_exact(n).zip(self.points.chunks_exact(n).skip(1))
+    pub fn cell_rows(&self) -> impl Iterator<Item = (Row<'_>, Row<'_>)> {
+        self.rows().zip(self.rows().skip(1))
     }
 
-    /// Mean horizontal and mean vertical side over all valid cells, in pixels.
-    pub fn mean_sides(&self) -> [f64; 2] {
-        let (mut sum, mut cells) = ([0.0; 2], 0u64);
-        for (above, below) in self.cell_rows() {
-            let mut row = [0.0f32; 2];
-            for (a, b) in above.windows(2).zip(below.windows(2)) {
-                let corners = [a[0], a[1], b[1], b[0]];
-                if is_valid(corners) {
-                    let [h, v] = mean_sides(squared_sides(corners));
-                    row = [row[0] + h, row[1] + v];
-                    cells += 1;
-                }
-            }
-            sum = [sum[0] + f64::from(row[0]), sum[1] + f64::from(row[1])];
-        }
-        sum.map(|s| s / cells.max(1) as f64)
+    fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        let rows = self.x.chunks_exact(self.stride).zip(self.y.chunks_exact(self.stride));
+        rows.map(|(x, y)| Row { x, y })
     }
 }
 
-/// Whether all corners of a cell are.
-#[inline(always)]
-fn is_valid(corners: [Point; 4]) -> bool {
-    corners.iter().all(|corner| corner[0] != INVALID)
+/// One row of vertices.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a> {
+    x: &'a [i32],
+    y: &'a [i32],
 }
 
-/// Squared sides of a valid cell with corners in turn from the top left: top, right, bottom, left, in squared pixels.
-#[inline(always)]
-pub(super) fn squared_sides(c: [Point; 4]) -> [f32; 4] {
-    let square = |a: Point, b: Point| {
-        let (x, y) = ((b[0] - a[0]) as f32, (b[1] - a[1]) as f32);
-        (x * x + y * y) * (1.0 / (SUBPIXEL * SUBPIXEL) as f32)
-    };
-    [square(c[0], c[1]), square(c[1], c[2]), square(c[3], c[2]), square(c[0], c[3])]
-}
+impl Row<'_> {
+    #[inline(always)]
+    pub fn point(&self, column: usize) -> Point {
+        [self.x[column], self.y[column]]
+    }
 
-/// Mean horizontal and mean vertical side in pixels, from [`squared_sides`].
-#[inline(always)]
-pub(super) fn mean_sides([top, right, bottom, left]: [f32; 4]) -> [f32; 2] {
-    [0.5 * (top.sqrt() + bottom.sqrt()), 0.5 * (left.sqrt() + right.sqrt())]
+    /// x and y of four vertices from `column` on.
+    #[inline(always)]
+    pub fn lanes(&self, column: usize) -> [i32x4; 2] {
+        let four = |row: &[i32]| match row[column..].first_chunk::<LANES>() {
+            Some(&lanes) => i32x4::new(lanes),
+            None => i32x4::splat(INVALID),
+        };
+        [four(self.x), four(self.y)]
+    }
 }
 
 /// Vertex positions along one side: every pixel, or `cells` equal steps between the first and the last pixel.
@@ -134,10 +129,10 @@ fn sample_row(depth: Option<&InverseDepth>, xs: &[f64], y: f64, out: &mut [f32])
     }
 }
 
-fn bounds(points: &[Point]) -> Result<[f64; 4]> {
+fn bounds(x: &[i32], y: &[i32]) -> Result<[f64; 4]> {
     let mut b = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
-    for p in points.iter().filter(|p| p[0] != INVALID) {
-        b = [b[0].min(p[0]), b[1].min(p[1]), b[2].max(p[0]), b[3].max(p[1])];
+    for (&x, &y) in x.iter().zip(y).filter(|&(&x, _)| x != INVALID) {
+        b = [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)];
     }
     if b[0] > b[2] {
         return Err(Error::NoOverlap { pixels: 0 });

@@ -1,9 +1,10 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
-use super::grid::{Point, VertexGrid, mean_sides, squared_sides};
+use super::grid::{Point, VertexGrid};
 use super::raster::Rasteriser;
 use super::sample::Tap;
+use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
 use crate::image::zeroed;
@@ -63,8 +64,7 @@ struct Painter<'a> {
     select: bool,
     /// β², in squared pixels of the target.
     beta2: f64,
-    /// Longest horizontal and vertical side of a cell that is no void.
-    longest: [f32; 2],
+    stretch: StretchLimit,
 }
 
 impl<'a> Painter<'a> {
@@ -88,7 +88,7 @@ impl<'a> Painter<'a> {
             recover,
             select,
             beta2: options.void_distance * options.void_distance * (w * w + h * h),
-            longest: grid.mean_sides().map(|side| (side * options.stretch_limit) as f32),
+            stretch: StretchLimit::new(grid, options.stretch_limit),
         })
     }
 
@@ -111,7 +111,8 @@ impl<'a> Painter<'a> {
         let (rx, ry) = (x as u32 as usize, y as u32 as usize);
         let inside = rx < width && ry < height;
         let index = if inside { ry * width + rx } else { 0 };
-        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretched(corners) };
+        let kept =
+            !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretch.exceeded(corners) };
         if !kept {
             return;
         }
@@ -145,21 +146,6 @@ impl<'a> Painter<'a> {
         let [u, v, w] = self.scene.reverse.transform(f64::from(pixel[0]), f64::from(pixel[1]), d);
         let (x, y) = (u - s[0] * w, v - s[1] * w);
         w > 0.0 && x * x + y * y < self.beta2 * w * w
-    }
-
-    /// Outside the reference a cell is void when its mean horizontal or vertical side is too long. (The paper's text
-    /// and the authors' program agree on "or"; its algorithm 2 says the opposite.)
-    #[inline(always)]
-    fn stretched(&self, corners: &[Point; 4]) -> bool {
-        let squared = squared_sides(*corners);
-        let [top, right, bottom, left] = squared;
-        let [longest_h, longest_v] = self.longest;
-        // Nearly all cells pass without a root.
-        if top.max(bottom) <= longest_h * longest_h && left.max(right) <= longest_v * longest_v {
-            return false;
-        }
-        let [h, v] = mean_sides(squared);
-        h > longest_h || v > longest_v
     }
 }
 
