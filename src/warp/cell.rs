@@ -92,14 +92,12 @@ impl Cell {
     }
 }
 
-#[inline(always)]
 fn cross(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// Solves p = a + u·(b−a) + v·(d−a) + u·v·(a−b+c−d) for the pixel p = (x, y) inside a convex cell.
-#[inline(always)]
-pub(super) fn inverse_bilinear(&[a, b, c, d]: &[Point; 4], x: i32, y: i32) -> [f32; 2] {
+fn inverse_bilinear(&[a, b, c, d]: &[Point; 4], x: i32, y: i32) -> [f32; 2] {
     let to = |q: Point| [(q[0] - a[0]) as f32, (q[1] - a[1]) as f32];
     let (e, f, h, diagonal) = (to(b), to(d), to([x << SUBPIXEL_BITS, y << SUBPIXEL_BITS]), to(c));
     let g = [diagonal[0] - e[0] - f[0], diagonal[1] - e[1] - f[1]];

@@ -4,9 +4,9 @@
 //! that costs more than the arithmetic. So the pixels that small convex cells cover are collected first, four cells
 //! at once, then located one after the other. All other cells take [`Cell`]'s way.
 
-use wide::{CmpEq, CmpGt, CmpLt, i32x4};
+use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 
-use super::cell::{Cell, inverse_bilinear};
+use super::cell::Cell;
 use super::grid::{INVALID, PIXEL, Point, Row, SUBPIXEL_BITS};
 use crate::Result;
 use crate::image::zeroed;
@@ -18,9 +18,12 @@ const ALL: i32 = 0b1111;
 /// A pixel covered by the cell of a column.
 #[derive(Clone, Copy, Default)]
 struct Covered {
+    column: u32,
     x: i32,
     y: i32,
-    column: u32,
+    /// Its place in the cell.
+    u: f32,
+    v: f32,
 }
 
 /// Draws rows of cells; keeps its buffer from row to row.
@@ -52,15 +55,19 @@ impl Rasteriser {
         for first in (0..self.columns).step_by(LANES) {
             let border = Border { last_lane: self.columns - 1 - first, last_row };
             let group = CellGroup::new(above, below, first);
-            let mut block = group.coverage(&border);
-            while block != 0 {
-                let bit = block.trailing_zeros() as usize;
-                block &= block - 1;
-                let (lane, k) = (bit % LANES, (bit / LANES) as i32);
-                let (x, y) =
-                    (group.first[0].as_array_ref()[lane] + (k & 1), group.first[1].as_array_ref()[lane] + (k >> 1));
-                self.covered[count] = Covered { x, y, column: (first + lane) as u32 };
-                count += 1;
+            for (k, mut lanes) in group.coverage(&border).into_iter().enumerate() {
+                if lanes == 0 {
+                    continue;
+                }
+                let [u, v] = group.inverse_bilinear(k).map(f32x4::to_array);
+                let [x, y] = group.pixel(k).map(i32x4::to_array);
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize % LANES;
+                    lanes &= lanes - 1;
+                    let column = (first + lane) as u32;
+                    self.covered[count] = Covered { column, x: x[lane], y: y[lane], u: u[lane], v: v[lane] };
+                    count += 1;
+                }
             }
             let mut others = group.others();
             while others != 0 {
@@ -73,10 +80,8 @@ impl Rasteriser {
                 }
             }
         }
-        for &Covered { x, y, column } in &self.covered[..count] {
-            let corners = corners(column as usize);
-            let [u, v] = inverse_bilinear(&corners, x, y);
-            draw(column as usize, &corners, x, y, u, v);
+        for &Covered { column, x, y, u, v } in &self.covered[..count] {
+            draw(column as usize, &corners(column as usize), x, y, u, v);
         }
     }
 }
@@ -123,12 +128,17 @@ impl CellGroup {
         Self { corners, sides, first, small, visible }
     }
 
-    /// Which pixels belong to the small cells: bit 4·k + lane for pixel k of (x, y), (x + 1, y), (x, y + 1),
-    /// (x + 1, y + 1) from the first pixel of the lane's bounding box.
+    /// Pixel k of (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1), from the first pixel of the lane's bounding box.
     #[inline(always)]
-    fn coverage(&self, border: &Border) -> u32 {
+    fn pixel(&self, k: usize) -> [i32x4; 2] {
+        [self.first[0] + i32x4::splat(k as i32 & 1), self.first[1] + i32x4::splat(k as i32 >> 1)]
+    }
+
+    /// For each of the four pixels, the lanes whose cell is small and owns it.
+    #[inline(always)]
+    fn coverage(&self, border: &Border) -> [i32; 4] {
         if self.small == 0 {
-            return 0;
+            return [0; 4];
         }
         let zero = i32x4::splat(0);
         let lane = |k: usize| -i32::from(k == border.last_lane);
@@ -149,11 +159,27 @@ impl CellGroup {
             least[2] = least[2].min(edge + down);
             least[3] = least[3].min(edge + down - right);
         }
-        let mut bits = 0;
-        for (k, least) in least.iter().enumerate() {
-            bits |= (least.cmp_gt(zero).move_mask() & self.small) << (4 * k);
-        }
-        bits as u32
+        least.map(|least| least.cmp_gt(zero).move_mask() & self.small)
+    }
+
+    /// Place of pixel k in its small cell, as the general way has it.
+    #[inline(always)]
+    fn inverse_bilinear(&self, k: usize) -> [f32x4; 2] {
+        let float = |q: [i32x4; 2]| q.map(f32x4::from_i32x4);
+        let cross = |p: [f32x4; 2], q: [f32x4; 2]| p[0] * q[1] - p[1] * q[0];
+        let [ab, bc, _, da] = self.sides;
+        let (e, f, g) = (float(ab), float(da.map(|side| -side)), float([bc[0] + da[0], bc[1] + da[1]]));
+        let pixel = self.pixel(k);
+        let h = float([0, 1].map(|axis| (pixel[axis] << SUBPIXEL_BITS as i32) - self.corners[0][axis]));
+        let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
+        let (k2, k1, k0) = (cross(g, f), cross(e, f) + cross(h, g), cross(h, e));
+        let root = (k1 * k1 - f32x4::splat(4.0) * k2 * k0).fast_max(zero).sqrt();
+        let v = (f32x4::splat(-2.0) * k0 / (k1 + root)).fast_max(zero).fast_min(one);
+        let across = [e[0] + v * g[0], e[1] + v * g[1]];
+        let along = [h[0] - v * f[0], h[1] - v * f[1]];
+        let square = across[0] * across[0] + across[1] * across[1];
+        let u = ((along[0] * across[0] + along[1] * across[1]) / square).fast_max(zero).fast_min(one);
+        [u, v]
     }
 
     /// Lanes whose cell needs the general way.

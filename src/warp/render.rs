@@ -57,9 +57,8 @@ struct Painter<'a> {
     pixels: &'a mut [[u8; 4]],
     /// [`COVERED`] where a candidate was offered, [`TAKEN`] where one was accepted. Ends as the footprint.
     state: &'a mut [u8],
-    /// Smallest wins: squared photometric error inside the reference, minus inverse depth outside. Empty without
-    /// selection.
-    keys: Vec<f32>,
+    /// Inverse depth of the accepted candidate, outside the reference. Empty without selection.
+    nearness: Vec<f32>,
     recover: bool,
     select: bool,
     /// β², in squared pixels of the target.
@@ -84,7 +83,7 @@ impl<'a> Painter<'a> {
             canvas,
             pixels: image.data.as_chunks_mut().0,
             state: &mut footprint.data,
-            keys: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
+            nearness: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
             recover,
             select,
             beta2: options.void_distance * options.void_distance * (w * w + h * h),
@@ -118,16 +117,20 @@ impl<'a> Painter<'a> {
         }
         let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
         let colour = tap.colour(&scene.target);
-        if self.select {
-            let key = match (inside, scene.target_depth) {
-                (true, _) => photometric_error(scene.reference.pixels()[index], colour),
-                (false, Some(depth)) => -tap.nearest(depth.data()),
-                (false, None) => 0.0,
-            };
-            if taken && key >= self.keys[at] {
+        if inside {
+            // The one already there is compared by its own pixel, so that no errors need to be kept.
+            let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
+            if taken && error(colour) >= error(self.pixels[at]) {
                 return;
             }
-            self.keys[at] = key;
+        } else if let Some(depth) = scene.target_depth.filter(|_| self.select) {
+            let nearness = tap.nearest(depth.data());
+            if taken && nearness <= self.nearness[at] {
+                return;
+            }
+            self.nearness[at] = nearness;
+        } else if taken {
+            return;
         }
         self.state[at] = TAKEN;
         self.pixels[at] = [colour[0], colour[1], colour[2], 255];
@@ -151,7 +154,7 @@ impl<'a> Painter<'a> {
 
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
-fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> f32 {
+fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> i32 {
     let [r, g, b] = [0, 1, 2].map(|k| i32::from(colour[k]) - i32::from(reference[k]));
-    (r * r + g * g + b * b) as f32
+    r * r + g * g + b * b
 }
