@@ -1,95 +1,108 @@
 //! Draws one row of warped cells.
 //!
-//! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes two or four: branching on
-//! that costs more than the arithmetic. So the pixels that small convex cells cover are collected first, four cells
-//! at once, then located one after the other. All other cells take [`Cell`]'s way.
+//! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes two or four. Such small
+//! convex cells are looked at four at once; all others take [`Cell`]'s way. Either way the pixels found are handed on in
+//! batches.
 
 use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 
 use super::cell::Cell;
 use super::grid::{INVALID, PIXEL, Point, Row, SUBPIXEL_BITS};
-use crate::Result;
-use crate::image::zeroed;
 
 /// Cells looked at together.
 pub(super) const LANES: usize = 4;
 const ALL: i32 = 0b1111;
 
-/// A pixel covered by the cell of a column.
+/// Pixels in a batch, at most: what the processor's nearest cache holds.
+pub(super) const BATCH: usize = 1024;
+/// Most pixels that a group of small cells covers.
+const MOST_PER_GROUP: usize = 4 * LANES;
+
+/// A pixel, in reference coordinates, covered by the cell of a column.
 #[derive(Clone, Copy, Default)]
-struct Covered {
-    column: u32,
-    x: i32,
-    y: i32,
-    /// Its place in the cell.
-    u: f32,
-    v: f32,
+pub(super) struct Covered {
+    pub column: u32,
+    pub x: i32,
+    pub y: i32,
+    /// Its place in the cell, (0, 0) at the first and (1, 1) at the third corner.
+    pub u: f32,
+    pub v: f32,
 }
 
-/// Draws rows of cells; keeps its buffer from row to row.
-pub(super) struct Rasteriser {
+/// Covered pixels on their way to `draw`.
+struct Batch<'a, F> {
+    pixels: &'a mut [Covered; BATCH],
+    count: usize,
+    draw: F,
+}
+
+impl<F: FnMut(&[Covered])> Batch<'_, F> {
+    /// Makes room for `more` pixels.
+    #[inline(always)]
+    fn reserve(&mut self, more: usize) {
+        if self.count + more > BATCH {
+            self.flush();
+        }
+    }
+
+    #[inline(never)]
+    fn flush(&mut self) {
+        (self.draw)(&self.pixels[..self.count]);
+        self.count = 0;
+    }
+
+    #[inline(always)]
+    fn push(&mut self, pixel: Covered) {
+        self.pixels[self.count % BATCH] = pixel;
+        self.count += 1;
+    }
+}
+
+/// Calls `draw` with batches of the pixels of all cells between two rows of vertices, `columns` cells a row. The last
+/// column, and with `last_row` every cell, owns the pixels on its outer side. `buffer` is for reuse from row to row.
+pub(super) fn draw_row(
+    above: Row<'_>,
+    below: Row<'_>,
     columns: usize,
-    covered: Vec<Covered>,
-}
-
-impl Rasteriser {
-    /// For rows of `columns` cells.
-    pub fn new(columns: usize) -> Result<Self> {
-        Ok(Self { columns, covered: zeroed(4 * columns.next_multiple_of(LANES))? })
-    }
-
-    /// Calls `draw(column, corners, x, y, u, v)` for every pixel of every cell between two rows of vertices. (u, v) is
-    /// the pixel's place in the cell, (0, 0) at the first and (1, 1) at the third of its corners. The last column, and
-    /// with `last_row` every cell, owns the pixels on its outer side.
-    pub fn draw_row(
-        &mut self,
-        above: Row<'_>,
-        below: Row<'_>,
-        last_row: bool,
-        mut draw: impl FnMut(usize, &[Point; 4], i32, i32, f32, f32),
-    ) {
-        let corners = |column: usize| {
-            [above.point(column), above.point(column + 1), below.point(column + 1), below.point(column)]
-        };
-        let mut count = 0;
-        for first in (0..self.columns).step_by(LANES) {
-            let border = Border { last_lane: self.columns - 1 - first, last_row };
-            let group = CellGroup::new(above, below, first);
-            for (k, mut lanes) in group.coverage(&border).into_iter().enumerate() {
-                if lanes == 0 {
-                    continue;
-                }
-                let [u, v] = group.inverse_bilinear(k).map(f32x4::to_array);
-                let [x, y] = group.pixel(k).map(i32x4::to_array);
-                while lanes != 0 {
-                    let lane = lanes.trailing_zeros() as usize % LANES;
-                    lanes &= lanes - 1;
-                    let column = (first + lane) as u32;
-                    self.covered[count] = Covered { column, x: x[lane], y: y[lane], u: u[lane], v: v[lane] };
-                    count += 1;
-                }
-            }
-            let mut others = group.others();
-            while others != 0 {
-                let column = first + others.trailing_zeros() as usize;
-                others &= others - 1;
-                let corners = corners(column);
-                if let Some(cell) = Cell::new(corners) {
-                    let border = [column + 1 == self.columns, last_row];
-                    cell.draw(border, |x, y, u, v| draw(column, &corners, x, y, u, v));
-                }
-            }
-        }
-        for &Covered { column, x, y, u, v } in &self.covered[..count] {
-            draw(column as usize, &corners(column as usize), x, y, u, v);
-        }
-    }
-}
-
-/// Which cells own the pixels on their outer sides.
-struct Border {
-    last_lane: usize,
     last_row: bool,
+    buffer: &mut [Covered; BATCH],
+    draw: impl FnMut(&[Covered]),
+) {
+    let mut batch = Batch { pixels: buffer, count: 0, draw };
+    for first in (0..columns).step_by(LANES) {
+        let group = CellGroup::new(above, below, first);
+        batch.reserve(MOST_PER_GROUP);
+        for (k, mut lanes) in group.coverage(columns - 1 - first, last_row).into_iter().enumerate() {
+            if lanes == 0 {
+                continue;
+            }
+            let [u, v] = group.inverse_bilinear(k).map(f32x4::to_array);
+            let [x, y] = group.pixel(k).map(i32x4::to_array);
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize % LANES;
+                lanes &= lanes - 1;
+                batch.push(Covered { column: (first + lane) as u32, x: x[lane], y: y[lane], u: u[lane], v: v[lane] });
+            }
+        }
+        let mut others = group.others();
+        while others != 0 {
+            let column = first + others.trailing_zeros() as usize;
+            others &= others - 1;
+            if let Some(cell) = Cell::new(corners(above, below, column)) {
+                cell.draw([column + 1 == columns, last_row], |x, y, u, v| {
+                    batch.reserve(1);
+                    batch.push(Covered { column: column as u32, x, y, u, v });
+                });
+            }
+        }
+    }
+    batch.flush();
+}
+
+/// Corners of a cell in turn from the top left.
+#[inline(always)]
+pub(super) fn corners(above: Row<'_>, below: Row<'_>, column: usize) -> [Point; 4] {
+    [above.point(column), above.point(column + 1), below.point(column + 1), below.point(column)]
 }
 
 /// Four cells next to each other, one to a lane. Index 0 is x, index 1 is y.
@@ -134,15 +147,16 @@ impl CellGroup {
         [self.first[0] + i32x4::splat(k as i32 & 1), self.first[1] + i32x4::splat(k as i32 >> 1)]
     }
 
-    /// For each of the four pixels, the lanes whose cell is small and owns it.
+    /// For each of the four pixels, the lanes whose cell is small and owns it. Cells of the last column and row own the
+    /// pixels on their outer sides.
     #[inline(always)]
-    fn coverage(&self, border: &Border) -> [i32; 4] {
+    fn coverage(&self, last_lane: usize, last_row: bool) -> [i32; 4] {
         if self.small == 0 {
             return [0; 4];
         }
         let zero = i32x4::splat(0);
-        let lane = |k: usize| -i32::from(k == border.last_lane);
-        let row = i32x4::splat(-i32::from(border.last_row));
+        let lane = |k: usize| -i32::from(k == last_lane);
+        let row = i32x4::splat(-i32::from(last_row));
         let outer = [zero, i32x4::new([lane(0), lane(1), lane(2), lane(3)]), row, zero];
         let origin = self.first.map(|first| first << SUBPIXEL_BITS as i32);
         // The least edge function over the four sides, for each of the four pixels, is positive inside. A pixel exactly

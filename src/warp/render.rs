@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::grid::{Point, VertexGrid};
-use super::raster::Rasteriser;
+use super::raster::{BATCH, Covered, corners, draw_row};
 use super::sample::Tap;
 use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
@@ -32,15 +32,19 @@ pub(super) fn render(
 ) -> Result<()> {
     let mut painter = Painter::new(scene, grid, canvas, image, footprint)?;
     let (columns, rows) = (grid.xs.len().saturating_sub(1), grid.ys.len().saturating_sub(1));
-    let mut rasteriser = Rasteriser::new(columns)?;
+    let mut buffer = [Covered::default(); BATCH];
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
         let (y0, dy) = (grid.ys[j], grid.ys[j + 1] - grid.ys[j]);
-        rasteriser.draw_row(above, below, j + 1 == rows, |i, corners, x, y, u, v| {
-            let (x0, dx) = (grid.xs[i], grid.xs[i + 1] - grid.xs[i]);
-            painter.offer(x, y, [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy], corners);
+        draw_row(above, below, columns, j + 1 == rows, &mut buffer, |pixels| {
+            for &Covered { column, x, y, u, v } in pixels {
+                let column = column as usize;
+                let (x0, dx) = (grid.xs[column], grid.xs[column + 1] - grid.xs[column]);
+                let s = [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy];
+                painter.offer(x, y, s, || corners(above, below, column));
+            }
         });
     }
     painter.finish();
@@ -93,7 +97,7 @@ impl<'a> Painter<'a> {
 
     /// Offers target position `s` for reference pixel (x, y), from the cell with the given corners.
     #[inline(always)]
-    fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: &[Point; 4]) {
+    fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: impl FnOnce() -> [Point; 4]) {
         let (offset_x, offset_y) = self.canvas.offset;
         let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
         let state = &mut self.state[at];
@@ -111,7 +115,7 @@ impl<'a> Painter<'a> {
         let inside = rx < width && ry < height;
         let index = if inside { ry * width + rx } else { 0 };
         let kept =
-            !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretch.exceeded(corners) };
+            !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretch.exceeded(corners()) };
         if !kept {
             return;
         }

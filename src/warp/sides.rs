@@ -20,7 +20,7 @@ impl StretchLimit {
 
     /// Whether the cell with these corners, in turn from the top left, is a void.
     #[inline(always)]
-    pub fn exceeded(&self, c: &[Point; 4]) -> bool {
+    pub fn exceeded(&self, c: [Point; 4]) -> bool {
         let square = |a: Point, b: Point| {
             let (x, y) = ((b[0] - a[0]) as f32, (b[1] - a[1]) as f32);
             x * x + y * y
