@@ -22,10 +22,10 @@ pub(super) const INVALID: i32 = i32::MIN;
 
 /// The mapped vertices of C₁×C₂ cells over the target.
 pub(super) struct VertexGrid {
-    /// Target x of each column of vertices.
-    pub xs: Vec<f64>,
-    /// Target y of each row of vertices.
-    pub ys: Vec<f64>,
+    /// Columns and rows of cells.
+    pub cells: [usize; 2],
+    /// Width and height of a cell in target pixels: vertex (i, j) lies at (i, j) times this.
+    pub step: [f64; 2],
     /// Mapped x and y in reference pixels, row by row; rows are filled up with [`INVALID`] to `stride`.
     x: Vec<i32>,
     y: Vec<i32>,
@@ -45,19 +45,20 @@ impl VertexGrid {
         (columns, rows): (u32, u32),
         limits: &Limits,
     ) -> Result<Self> {
-        let (xs, ys) = (axis(columns, size.0)?, axis(rows, size.1)?);
-        let stride = (xs.len() - 1).next_multiple_of(LANES) + 1;
+        let ((columns, dx), (rows, dy)) = (axis(columns, size.0), axis(rows, size.1));
+        let stride = columns.next_multiple_of(LANES) + 1;
         let (mut px, mut py) = (Vec::new(), Vec::new());
-        reserve(&mut px, stride * ys.len())?;
-        reserve(&mut py, stride * ys.len())?;
+        reserve(&mut px, stride * (rows + 1))?;
+        reserve(&mut py, stride * (rows + 1))?;
         let mut clipped = false;
-        let mut depths: Vec<f32> = zeroed(xs.len())?;
-        for (j, &y) in ys.iter().enumerate() {
-            sample_row(depth, &xs, y, &mut depths);
+        let mut depths: Vec<f32> = zeroed(columns + 1)?;
+        for j in 0..=rows {
+            let y = j as f64 * dy;
+            sample_row(depth, dx, y, &mut depths);
             let row = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
             let ([u, v, w], at) = ([row(0), row(1), row(2)], |(h, c, e): (f64, f64, f64), x, d| h * x + c + e * d);
-            for (&x, &d) in xs.iter().zip(&depths) {
-                let d = f64::from(d);
+            for (i, &d) in depths.iter().enumerate() {
+                let (x, d) = (i as f64 * dx, f64::from(d));
                 let scale = 1.0 / at(w, x, d);
                 let (mapped_x, mapped_y) = (at(u, x, d) * scale, at(v, x, d) * scale);
                 // Not behind the camera, and not a hole, where all of these are NaN.
@@ -71,7 +72,7 @@ impl VertexGrid {
             py.resize((j + 1) * stride, INVALID);
         }
         let bounds = bounds(&px, &py)?;
-        Ok(Self { xs, ys, x: px, y: py, stride, bounds, clipped })
+        Ok(Self { cells: [columns, rows], step: [dx, dy], x: px, y: py, stride, bounds, clipped })
     }
 
     /// Rows of cells with their corner points: the vertices of the row above and of the row below.
@@ -109,23 +110,21 @@ impl Row<'_> {
     }
 }
 
-/// Vertex positions along one side: every pixel, or `cells` equal steps between the first and the last pixel.
-fn axis(cells: u32, pixels: usize) -> Result<Vec<f64>> {
+/// Cells along one side and their length in pixels: one vertex per pixel, or `cells` equal steps between the first and
+/// the last pixel.
+fn axis(cells: u32, pixels: usize) -> (usize, f64) {
     let most = pixels.saturating_sub(1);
     let cells = if cells == 0 { most } else { most.min(cells as usize) };
-    let mut out = Vec::new();
-    reserve(&mut out, cells + 1)?;
-    out.extend((0..=cells).map(|i| i as f64 * most as f64 / cells.max(1) as f64));
-    Ok(out)
+    (cells, most as f64 / cells.max(1) as f64)
 }
 
-/// Inverse depth at the vertices of one row: 0 without a map, as the model then has no parallax.
-fn sample_row(depth: Option<&InverseDepth>, xs: &[f64], y: f64, out: &mut [f32]) {
+/// Inverse depth at the vertices of one row, `dx` apart: 0 without a map, as the model then has no parallax.
+fn sample_row(depth: Option<&InverseDepth>, dx: f64, y: f64, out: &mut [f32]) {
     let Some(depth) = depth else { return };
     let row = (y as usize * depth.width())..((y as usize + 1) * depth.width());
     match depth.data().get(row) {
-        Some(row) if row.len() == xs.len() && y.fract() == 0.0 => out.copy_from_slice(row),
-        _ => out.iter_mut().zip(xs).for_each(|(out, &x)| *out = depth.sample(x, y) as f32),
+        Some(row) if row.len() == out.len() && y.fract() == 0.0 => out.copy_from_slice(row),
+        _ => out.iter_mut().enumerate().for_each(|(i, out)| *out = depth.sample(i as f64 * dx, y) as f32),
     }
 }
 

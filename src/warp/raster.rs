@@ -8,6 +8,7 @@ use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 
 use super::cell::Cell;
 use super::grid::{INVALID, PIXEL, Point, Row, SUBPIXEL_BITS};
+use super::sides::StretchLimit;
 
 /// Cells looked at together.
 pub(super) const LANES: usize = 4;
@@ -27,6 +28,8 @@ pub(super) struct Covered {
     /// Its place in the cell, (0, 0) at the first and (1, 1) at the third corner.
     pub u: f32,
     pub v: f32,
+    /// Whether the cell is longer than the limit.
+    pub stretched: bool,
 }
 
 /// Covered pixels on their way to `draw`.
@@ -65,12 +68,14 @@ pub(super) fn draw_row(
     below: Row<'_>,
     columns: usize,
     last_row: bool,
+    stretch: &StretchLimit,
     buffer: &mut [Covered; BATCH],
     draw: impl FnMut(&[Covered]),
 ) {
     let mut batch = Batch { pixels: buffer, count: 0, draw };
     for first in (0..columns).step_by(LANES) {
         let group = CellGroup::new(above, below, first);
+        let stretched = stretch.exceeded(&group.corners);
         batch.reserve(MOST_PER_GROUP);
         for (k, mut lanes) in group.coverage(columns - 1 - first, last_row).into_iter().enumerate() {
             if lanes == 0 {
@@ -81,17 +86,25 @@ pub(super) fn draw_row(
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize % LANES;
                 lanes &= lanes - 1;
-                batch.push(Covered { column: (first + lane) as u32, x: x[lane], y: y[lane], u: u[lane], v: v[lane] });
+                batch.push(Covered {
+                    column: (first + lane) as u32,
+                    x: x[lane],
+                    y: y[lane],
+                    u: u[lane],
+                    v: v[lane],
+                    stretched: stretched >> lane & 1 != 0,
+                });
             }
         }
         let mut others = group.others();
         while others != 0 {
-            let column = first + others.trailing_zeros() as usize;
+            let lane = others.trailing_zeros() as usize;
+            let (column, stretched) = (first + lane, stretched >> lane & 1 != 0);
             others &= others - 1;
             if let Some(cell) = Cell::new(corners(above, below, column)) {
                 cell.draw([column + 1 == columns, last_row], |x, y, u, v| {
                     batch.reserve(1);
-                    batch.push(Covered { column: column as u32, x, y, u, v });
+                    batch.push(Covered { column: column as u32, x, y, u, v, stretched });
                 });
             }
         }
@@ -100,8 +113,7 @@ pub(super) fn draw_row(
 }
 
 /// Corners of a cell in turn from the top left.
-#[inline(always)]
-pub(super) fn corners(above: Row<'_>, below: Row<'_>, column: usize) -> [Point; 4] {
+fn corners(above: Row<'_>, below: Row<'_>, column: usize) -> [Point; 4] {
     [above.point(column), above.point(column + 1), below.point(column + 1), below.point(column)]
 }
 

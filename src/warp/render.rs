@@ -1,8 +1,8 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
-use super::grid::{Point, VertexGrid};
-use super::raster::{BATCH, Covered, corners, draw_row};
+use super::grid::VertexGrid;
+use super::raster::{BATCH, Covered, draw_row};
 use super::sample::Tap;
 use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
@@ -30,20 +30,18 @@ pub(super) fn render(
     footprint: &mut Mask,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let mut painter = Painter::new(scene, grid, canvas, image, footprint)?;
-    let (columns, rows) = (grid.xs.len().saturating_sub(1), grid.ys.len().saturating_sub(1));
+    let mut painter = Painter::new(scene, canvas, image, footprint)?;
+    let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
+    let ([columns, rows], [dx, dy]) = (grid.cells, grid.step);
     let mut buffer = [Covered::default(); BATCH];
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
-        let (y0, dy) = (grid.ys[j], grid.ys[j + 1] - grid.ys[j]);
-        draw_row(above, below, columns, j + 1 == rows, &mut buffer, |pixels| {
-            for &Covered { column, x, y, u, v } in pixels {
-                let column = column as usize;
-                let (x0, dx) = (grid.xs[column], grid.xs[column + 1] - grid.xs[column]);
-                let s = [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy];
-                painter.offer(x, y, s, || corners(above, below, column));
+        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut buffer, |pixels| {
+            for pixel in pixels {
+                let s = [f64::from(pixel.column) + f64::from(pixel.u), j as f64 + f64::from(pixel.v)];
+                painter.offer(pixel, [s[0] * dx, s[1] * dy]);
             }
         });
     }
@@ -67,17 +65,10 @@ struct Painter<'a> {
     select: bool,
     /// β², in squared pixels of the target.
     beta2: f64,
-    stretch: StretchLimit,
 }
 
 impl<'a> Painter<'a> {
-    fn new(
-        scene: &'a Scene<'a>,
-        grid: &VertexGrid,
-        canvas: &'a Canvas,
-        image: &'a mut Image,
-        footprint: &'a mut Mask,
-    ) -> Result<Self> {
+    fn new(scene: &'a Scene<'a>, canvas: &'a Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
         let options = scene.options;
         let recover = options.mode != WarpMode::Backward;
         let select = options.mode == WarpMode::Optimal;
@@ -91,13 +82,13 @@ impl<'a> Painter<'a> {
             recover,
             select,
             beta2: options.void_distance * options.void_distance * (w * w + h * h),
-            stretch: StretchLimit::new(grid, options.stretch_limit),
         })
     }
 
-    /// Offers target position `s` for reference pixel (x, y), from the cell with the given corners.
+    /// Offers target position `s` for a covered pixel.
     #[inline(always)]
-    fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: impl FnOnce() -> [Point; 4]) {
+    fn offer(&mut self, pixel: &Covered, s: [f64; 2]) {
+        let (x, y) = (pixel.x, pixel.y);
         let (offset_x, offset_y) = self.canvas.offset;
         let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
         let state = &mut self.state[at];
@@ -114,8 +105,7 @@ impl<'a> Painter<'a> {
         let (rx, ry) = (x as u32 as usize, y as u32 as usize);
         let inside = rx < width && ry < height;
         let index = if inside { ry * width + rx } else { 0 };
-        let kept =
-            !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretch.exceeded(corners()) };
+        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !pixel.stretched };
         if !kept {
             return;
         }
