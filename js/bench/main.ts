@@ -84,43 +84,40 @@ async function timeCases(runs: number): Promise<Timing[]> {
 }
 
 function timingLines({ wasm, native }: Timing): string[] {
-  const header = ["stage", "wasm ms", ...(native ? ["native ms", "ratio"] : [])];
+  const header = columns("stage", ["wasm ms", ...(native ? ["native ms", "ratio"] : [])]);
   const rows = STAGES.map((stage) => {
     const ratio = native
       ? [native[stage].toFixed(2), (wasm[stage] / native[stage]).toFixed(2)]
       : [];
-    return [stage, wasm[stage].toFixed(2), ...ratio];
+    return columns(stage, [wasm[stage].toFixed(2), ...ratio]);
   });
-  return [...aligned([header, ...rows]), ""];
+  return [header, ...rows, ""];
 }
 
 async function scale(): Promise<Scale[]> {
   print(`whole stitch by size (sample, median of ${SCALING_RUNS})`);
+  print(columns("MP", ["ms", "ms/MP", "peak MiB", "MiB/MP"]));
   const scales: Scale[] = [];
-  for (const megapixels of MEGAPIXELS) {
-    const width = Math.round(Math.sqrt((megapixels * 1e6 * SAMPLE.width) / SAMPLE.height));
+  for (const wanted of MEGAPIXELS) {
+    const width = Math.round(Math.sqrt((wanted * 1e6 * SAMPLE.width) / SAMPLE.height));
     const height = Math.round((width * SAMPLE.height) / SAMPLE.width);
-    scales.push(await measureScale(await renderSample(width, height), SCALING_RUNS));
-  }
-  const rows = scales.map(({ megapixels, ms, memory }) => {
+    const found = await measureScale(await renderSample(width, height), SCALING_RUNS);
+    const { megapixels, ms, memory } = found;
     const mebibytes = memory / 2 ** 20;
-    return [megapixels, ms, ms / megapixels, mebibytes, mebibytes / megapixels].map((value, i) =>
-      value.toFixed(i === 0 ? 2 : 0),
+    const numbers = [ms, ms / megapixels, mebibytes, mebibytes / megapixels];
+    print(
+      columns(
+        megapixels.toFixed(2),
+        numbers.map((value) => value.toFixed(0)),
+      ),
     );
-  });
-  for (const line of aligned([["MP", "ms", "ms/MP", "peak MiB", "MiB/MP"], ...rows])) print(line);
+    scales.push(found);
+  }
   return scales;
 }
 
-function aligned(rows: readonly (readonly string[])[]): string[] {
-  const widths = (rows[0] ?? []).map((_, column) =>
-    Math.max(...rows.map((row) => row[column]?.length ?? 0)),
-  );
-  return rows.map((row) =>
-    row
-      .map((cell, i) => (i === 0 ? cell.padEnd(widths[i] ?? 0) : cell.padStart(widths[i] ?? 0)))
-      .join("  "),
-  );
+function columns(name: string, cells: readonly string[]): string {
+  return [name.padEnd(8), ...cells.map((cell) => cell.padStart(9))].join("  ");
 }
 
 function print(text: string): void {

@@ -4,7 +4,10 @@ import type { Row } from "./evaluate.js";
 import type { Mean } from "./summarise.js";
 
 /** What a row must reach: at least these scores, at most these median errors in pixels. */
-export type Floor = { readonly [K in Measure]?: number };
+export type Floor = { readonly [K in Measure]?: number } & {
+  /** Of a group: how many cases its mean is of. The mean of fewer is left out. */
+  readonly cases?: number;
+};
 export interface Floors {
   /** By how much a row may fall short. */
   readonly tolerance: { readonly [K in Measure]: number };
@@ -38,15 +41,15 @@ export function checkFloors(
   rows: readonly Row[],
   means: readonly Mean[],
 ): Check {
-  const named = new Map<string, Checked>([
-    ...means.map((mean): [string, Checked] => [mean.name, mean]),
-    ...rows.map((row): [string, Checked] => [row.case, row]),
+  const named = new Map<string, Checked & { readonly total?: number }>([
+    ...means.map((mean) => [mean.name, mean] as const),
+    ...rows.map((row) => [row.case, row] as const),
   ]);
   const short: string[] = [];
   let checked = 0;
   for (const [name, floor] of Object.entries(floors.modes[mode] ?? {})) {
     const row = named.get(name);
-    if (row === undefined) continue;
+    if (row === undefined || row.total !== floor.cases) continue;
     checked += 1;
     for (const measure of MEASURES) {
       const least = floor[measure];

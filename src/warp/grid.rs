@@ -94,7 +94,7 @@ impl VertexGrid {
 
 /// Whether all corners of a cell are.
 #[inline(always)]
-pub(super) fn is_valid(corners: [Point; 4]) -> bool {
+fn is_valid(corners: [Point; 4]) -> bool {
     corners.iter().all(|corner| corner[0] != INVALID)
 }
 

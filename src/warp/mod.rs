@@ -1,11 +1,11 @@
 //! Optimal image warping (paper, section 3.2).
 
 mod canvas;
+mod cell;
 mod forward;
 mod grid;
 mod holes;
 mod raster;
-mod raster4;
 mod render;
 mod sample;
 

@@ -1,139 +1,95 @@
-//! Which canvas pixels a warped cell covers, and where in the cell each of them lies (paper, section 3.2.1).
+//! Draws one row of warped cells.
+//!
+//! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes two or four: branching on
+//! that costs more than the arithmetic. So the pixels that small convex cells cover are first collected without a
+//! branch, then located one after the other. All other cells take [`Cell`]'s way.
 
-use super::grid::{Point, SUBPIXEL_BITS};
-use super::raster4::SmallCell;
+use wide::{CmpEq, CmpGt, CmpLt, i32x4};
 
-const PIXEL: i32 = 1 << SUBPIXEL_BITS;
+use super::cell::{Cell, inverse_bilinear, pixel_range};
+use super::grid::{INVALID, Point, SUBPIXEL_BITS};
+use crate::Result;
+use crate::image::zeroed;
 
-/// First and last pixel whose centre lies in the bounding box of a cell along one axis; empty when first > last.
-#[inline(always)]
-fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
-    let [a, b, c, d] = [corners[0][axis], corners[1][axis], corners[2][axis], corners[3][axis]];
-    let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-    ((min + (PIXEL - 1)) >> SUBPIXEL_BITS, max >> SUBPIXEL_BITS)
+/// A pixel covered by the cell of a column.
+#[derive(Clone, Copy, Default)]
+struct Covered {
+    x: i32,
+    y: i32,
+    column: u32,
 }
 
-/// Calls `draw(x, y, u, v)` for every pixel that belongs to the cell: (u, v) is (0, 0) at the first and (1, 1) at the
-/// third corner. `border` says whether the right and the bottom side lie on the grid's border and so own their pixels.
-///
-/// Parts of a cell that are turned over are not drawn: the back of a fold is never a visible surface.
-#[inline(always)]
-pub(super) fn rasterise(corners: &[Point; 4], border: [bool; 2], mut draw: impl FnMut(i32, i32, f32, f32)) {
-    let ((x_first, x_last), (y_first, y_last)) = (pixel_range(corners, 0), pixel_range(corners, 1));
-    if x_first > x_last || y_first > y_last {
-        return;
+/// Draws rows of cells; keeps its buffer from row to row.
+pub(super) struct Rasteriser {
+    covered: Vec<Covered>,
+}
+
+impl Rasteriser {
+    /// For rows of `columns` cells.
+    pub fn new(columns: usize) -> Result<Self> {
+        Ok(Self { covered: zeroed(4 * columns)? })
     }
-    if let Some(small) = SmallCell::new(corners, border) {
-        let mut y = y_first;
-        while y <= y_last {
-            let mut x = x_first;
-            while x <= x_last {
-                small.draw_block(x, y, &mut draw);
-                x += 2;
+
+    /// Calls `draw(column, corners, x, y, u, v)` for every pixel of every cell between two rows of vertices. (u, v) is
+    /// the pixel's place in the cell, (0, 0) at the first and (1, 1) at the third of its corners. The last column, and
+    /// with `last_row` every cell, owns the pixels on its outer side.
+    pub fn draw_row(
+        &mut self,
+        above: &[Point],
+        below: &[Point],
+        last_row: bool,
+        mut draw: impl FnMut(usize, &[Point; 4], i32, i32, f32, f32),
+    ) {
+        let corners = |column: usize| [above[column], above[column + 1], below[column + 1], below[column]];
+        let columns = above.len().min(below.len()).saturating_sub(1).min(self.covered.len() / 4);
+        let mut count = 0;
+        for column in 0..columns {
+            let corners = corners(column);
+            let border = [column + 1 == columns, last_row];
+            if corners.iter().any(|corner| corner[0] == INVALID) {
+                continue;
             }
-            y += 2;
-        }
-    } else if let Some(cell) = Cell::new(*corners) {
-        for y in y_first..=y_last {
-            for x in x_first..=x_last {
-                if let Some([u, v]) = cell.locate(x, y, border) {
-                    draw(x, y, u, v);
+            let ((x, x_last), (y, y_last)) = (pixel_range(&corners, 0), pixel_range(&corners, 1));
+            let covers = if x_last - x <= 1 && y_last - y <= 1 { block_coverage(&corners, x, y, border) } else { None };
+            if let Some(covers) = covers {
+                for (k, &covers) in covers.iter().enumerate() {
+                    let pixel = Covered { x: x + (k & 1) as i32, y: y + (k >> 1) as i32, column: column as u32 };
+                    self.covered[count] = pixel;
+                    count += usize::from(covers);
                 }
+            } else if let Some(cell) = Cell::new(corners) {
+                cell.draw(border, |x, y, u, v| draw(column, &corners, x, y, u, v));
             }
+        }
+        for &Covered { x, y, column } in &self.covered[..count] {
+            let corners = corners(column as usize);
+            let [u, v] = inverse_bilinear(&corners, x, y);
+            draw(column as usize, &corners, x, y, u, v);
         }
     }
 }
 
-/// A cell of any size and shape.
-struct Cell {
-    corners: [Point; 4],
-    shape: Shape,
-}
-
-enum Shape {
-    /// All four corners turn the right way: the bilinear map of the cell can be inverted everywhere inside.
-    Convex,
-    /// Drawn as the two triangles along the diagonal from the top left, each if it is not turned over.
-    Triangles([bool; 2]),
-}
-
-/// Twice the signed area of the triangle a, b, p: positive when p lies to the inside of the edge from a to b.
-#[inline]
-fn edge(a: Point, b: Point, p: Point) -> i64 {
-    let d = |i: Point, k: usize| i64::from(i[k] - a[k]);
-    d(b, 0) * d(p, 1) - d(b, 1) * d(p, 0)
-}
-
-/// Whether a pixel exactly on the edge from a to b belongs to this side of it (the top-left rule).
+/// Which of the pixels (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) belong to a convex cell of at most a few pixels;
+/// `None` for a cell that is not convex. Each vector holds one value for each of the four sides.
 #[inline(always)]
-pub(super) fn owns(a: Point, b: Point) -> bool {
-    (b[1] < a[1]) | ((b[1] == a[1]) & (b[0] > a[0]))
-}
-
-#[inline]
-fn inside(a: Point, b: Point, p: Point, border: bool) -> bool {
-    edge(a, b, p) >= i64::from(!(border | owns(a, b)))
-}
-
-impl Cell {
-    /// `None` when the whole cell is turned over or has no area.
-    fn new(corners: [Point; 4]) -> Option<Self> {
-        let [a, b, c, d] = corners;
-        let (abc, acd) = (edge(a, b, c) > 0, edge(a, c, d) > 0);
-        if abc && acd && edge(a, b, d) > 0 && edge(b, c, d) > 0 {
-            Some(Self { corners, shape: Shape::Convex })
-        } else if abc || acd {
-            Some(Self { corners, shape: Shape::Triangles([abc, acd]) })
-        } else {
-            None
-        }
+fn block_coverage(&[a, b, c, d]: &[Point; 4], x: i32, y: i32, border: [bool; 2]) -> Option<[bool; 4]> {
+    let axis = |k: usize| {
+        let from = i32x4::new([a[k], b[k], c[k], d[k]]);
+        let to = i32x4::new([b[k], c[k], d[k], a[k]]);
+        let beyond = i32x4::new([c[k], d[k], a[k], b[k]]);
+        (from, to - from, beyond - to)
+    };
+    let ((from_x, dx, next_dx), (from_y, dy, next_dy)) = (axis(0), axis(1));
+    let zero = i32x4::splat(0);
+    if (dx * next_dy - dy * next_dx).cmp_gt(zero).move_mask() != 0b1111 {
+        return None;
     }
-
-    /// Position of pixel (x, y) in the cell, or `None` outside.
-    fn locate(&self, x: i32, y: i32, border: [bool; 2]) -> Option<[f32; 2]> {
-        let [a, b, c, d] = self.corners;
-        let p = [x << SUBPIXEL_BITS, y << SUBPIXEL_BITS];
-        match self.shape {
-            Shape::Convex => {
-                let covered = inside(a, b, p, false)
-                    && inside(b, c, p, border[0])
-                    && inside(c, d, p, border[1])
-                    && inside(d, a, p, false);
-                if covered { Some(inverse_bilinear([a, b, c, d], p)) } else { None }
-            }
-            Shape::Triangles([abc, acd]) => {
-                let share = |part: i64, whole: i64| part as f32 / whole as f32;
-                if abc && inside(a, b, p, false) && inside(b, c, p, border[0]) && inside(c, a, p, false) {
-                    let (area, wc) = (edge(a, b, c), edge(a, b, p));
-                    return Some([share(edge(c, a, p) + wc, area), share(wc, area)]);
-                }
-                if acd && inside(a, c, p, false) && inside(c, d, p, border[1]) && inside(d, a, p, false) {
-                    let (area, wc) = (edge(a, c, d), edge(d, a, p));
-                    return Some([share(wc, area), share(wc + edge(a, c, p), area)]);
-                }
-                None
-            }
-        }
-    }
-}
-
-#[inline]
-fn cross(a: [f32; 2], b: [f32; 2]) -> f32 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-/// Solves p = a + u·(b−a) + v·(d−a) + u·v·(a−b+c−d) for p inside a convex cell.
-fn inverse_bilinear([a, b, c, d]: [Point; 4], p: Point) -> [f32; 2] {
-    let to = |q: Point| [(q[0] - a[0]) as f32, (q[1] - a[1]) as f32];
-    let (e, f, h, diagonal) = (to(b), to(d), to(p), to(c));
-    let g = [diagonal[0] - e[0] - f[0], diagonal[1] - e[1] - f[1]];
-    let (k2, k1, k0) = (cross(g, f), cross(e, f) + cross(h, g), cross(h, e));
-    // Inside, the root of the discriminant is the map's Jacobian, which is positive; this form of the solution stays
-    // exact when the cell is a parallelogram (k2 = 0).
-    let root = (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt();
-    let v = (-2.0 * k0 / (k1 + root)).clamp(0.0, 1.0);
-    let across = [e[0] + v * g[0], e[1] + v * g[1]];
-    let along = [h[0] - v * f[0], h[1] - v * f[1]];
-    let square = across[0] * across[0] + across[1] * across[1];
-    [((along[0] * across[0] + along[1] * across[1]) / square).clamp(0.0, 1.0), v]
+    let edge = dx * (i32x4::splat(y << SUBPIXEL_BITS) - from_y) - dy * (i32x4::splat(x << SUBPIXEL_BITS) - from_x);
+    // A pixel exactly on a side belongs to the cell by the top-left rule, or where no cell lies beyond. A comparison
+    // that holds is −1, and edge > −1 lets the 0 in.
+    let border = i32x4::new([0, -i32::from(border[0]), -i32::from(border[1]), 0]);
+    let least = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | border;
+    let (right, down) = (dy << SUBPIXEL_BITS as i32, dx << SUBPIXEL_BITS as i32);
+    let covers = |edge: i32x4| edge.cmp_gt(least).move_mask() == 0b1111;
+    Some([covers(edge), covers(edge - right), covers(edge + down), covers(edge + down - right)])
 }

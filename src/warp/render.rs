@@ -1,8 +1,8 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
-use super::grid::{Point, VertexGrid, is_valid, sides};
-use super::raster::rasterise;
+use super::grid::{Point, VertexGrid, sides};
+use super::raster::Rasteriser;
 use super::sample::Tap;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
@@ -31,23 +31,16 @@ pub(super) fn render(
 ) -> Result<()> {
     let mut painter = Painter::new(scene, grid, canvas, image, footprint)?;
     let (columns, rows) = (grid.xs.len().saturating_sub(1), grid.ys.len().saturating_sub(1));
+    let mut rasteriser = Rasteriser::new(columns)?;
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
         let (y0, dy) = (grid.ys[j], grid.ys[j + 1] - grid.ys[j]);
-        let cells = above.windows(2).zip(below.windows(2)).zip(grid.xs.windows(2));
-        for (i, ((top, bottom), xs)) in cells.enumerate() {
-            let corners = [top[0], top[1], bottom[1], bottom[0]];
-            if !is_valid(corners) {
-                continue;
-            }
-            let border = [i + 1 == columns, j + 1 == rows];
-            rasterise(&corners, border, |x, y, u, v| {
-                let s = [xs[0] + f64::from(u) * (xs[1] - xs[0]), y0 + f64::from(v) * dy];
-                painter.offer(x, y, s, &corners);
-            });
-        }
+        rasteriser.draw_row(above, below, j + 1 == rows, |i, corners, x, y, u, v| {
+            let (x0, dx) = (grid.xs[i], grid.xs[i + 1] - grid.xs[i]);
+            painter.offer(x, y, [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy], corners);
+        });
     }
     Ok(())
 }
@@ -127,8 +120,7 @@ impl<'a> Painter<'a> {
             }
             self.keys[at] = key;
         }
-        let [r, g, b, _] = colour.map(|c| (c + 0.5) as u8);
-        self.pixels[at] = [r, g, b, 255];
+        self.pixels[at] = [colour[0], colour[1], colour[2], 255];
     }
 
     /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by
@@ -152,7 +144,7 @@ impl<'a> Painter<'a> {
 
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
-fn photometric_error(reference: [u8; 4], colour: [f32; 4]) -> f32 {
-    let [r, g, b] = [0, 1, 2].map(|k| colour[k] - f32::from(reference[k]));
-    r * r + g * g + b * b
+fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> f32 {
+    let [r, g, b] = [0, 1, 2].map(|k| i32::from(colour[k]) - i32::from(reference[k]));
+    (r * r + g * g + b * b) as f32
 }

@@ -1,8 +1,10 @@
 //! Bilinear sampling at one place of the target: its photo and its depth alike.
 
+use wide::{u8x16, u16x8};
+
 use crate::ImageView;
 
-/// A place in the target between four pixels.
+/// A place in the target between four pixels, to 1/256 of a pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Tap {
     /// Index of the top left pixel of the four.
@@ -10,48 +12,64 @@ pub(super) struct Tap {
     /// Steps to the right and to the lower neighbour; 0 in a picture one pixel wide or high.
     right: usize,
     down: usize,
-    fx: f32,
-    fy: f32,
+    /// Share of the right and of the lower pixels, 0 to 256.
+    fx: i32,
+    fy: i32,
 }
 
 impl Tap {
-    /// The place (x, y) of a picture of the given size. Places outside move to the nearest pixel.
+    /// The place (x, y) of a picture of the given size, which must lie inside it.
     #[inline(always)]
     pub fn new([x, y]: [f64; 2], (width, height): (usize, usize)) -> Self {
+        let (x, y) = ((x * 256.0 + 0.5) as i32, (y * 256.0 + 0.5) as i32);
         // The last column and row are reached from the pixel before, so that the neighbours exist.
-        let (last_x, last_y) = (width.saturating_sub(2), height.saturating_sub(2));
-        let (ix, iy) = ((x as usize).min(last_x), (y as usize).min(last_y));
+        let clamp = |v: i32, side: usize| (v >> 8).clamp(0, side.saturating_sub(2) as i32);
+        let (ix, iy) = (clamp(x, width), clamp(y, height));
         Self {
-            index: iy * width + ix,
+            index: iy as usize * width + ix as usize,
             right: usize::from(width > 1),
             down: if height > 1 { width } else { 0 },
-            fx: (x - ix as f64) as f32,
-            fy: (y - iy as f64) as f32,
+            fx: x - (ix << 8),
+            fy: y - (iy << 8),
         }
     }
 
-    /// RGB, 0 to 255; the fourth value is of no use.
+    /// RGBA, rounded: first down, both columns at once, then across.
     #[inline(always)]
-    pub fn colour(&self, image: &ImageView<'_>) -> [f32; 4] {
-        let pixels = image.pixels();
-        let at = |index: usize| pixels[index].map(f32::from);
-        let top = lerp(at(self.index), at(self.index + self.right), self.fx);
-        let bottom = lerp(at(self.index + self.down), at(self.index + self.down + self.right), self.fx);
-        lerp(top, bottom, self.fy)
+    pub fn colour(&self, image: &ImageView<'_>) -> [u8; 4] {
+        let (data, top, bottom) = (image.data(), 4 * self.index, 4 * (self.index + self.down));
+        let (Some(top), Some(bottom)) = (data.get(top..top + 8), data.get(bottom..bottom + 8)) else {
+            return image.pixels()[self.index]; // the last pixel of a picture one pixel wide
+        };
+        let share = |v: i32| u16x8::splat(v as u16);
+        let columns = widen(top) * share(256 - self.fy) + widen(bottom) * share(self.fy);
+        let [left, right]: [u64; 2] = bytemuck::cast(columns);
+        // Two channels share a word, 32 bit each.
+        const EVEN: u64 = 0xffff_0000_ffff;
+        const HALF: u64 = 1 << 15 | 1 << 47;
+        let (near, far) = ((256 - self.fx) as u64, self.fx as u64);
+        let across = |left: u64, right: u64| (left & EVEN) * near + (right & EVEN) * far + HALF;
+        let (rb, ga) = (across(left, right) >> 16, across(left >> 16, right >> 16) >> 8);
+        const CHANNELS: u64 = 0xff_0000_00ff;
+        let both = rb & CHANNELS | ga & CHANNELS << 8; // r g . . b a . .
+        [both as u8, (both >> 8) as u8, (both >> 32) as u8, (both >> 40) as u8]
     }
 
     /// A value of a map of the same size.
     #[inline(always)]
     pub fn value(&self, map: &[f32]) -> f32 {
-        let at = |index: usize| map[index];
-        let top = at(self.index) + self.fx * (at(self.index + self.right) - at(self.index));
         let below = self.index + self.down;
-        let bottom = at(below) + self.fx * (at(below + self.right) - at(below));
-        top + self.fy * (bottom - top)
+        let [a, b, c, d] = [self.index, self.index + self.right, below, below + self.right].map(|at| map[at]);
+        let (fx, fy) = (self.fx as f32 / 256.0, self.fy as f32 / 256.0);
+        let (top, bottom) = (a + fx * (b - a), c + fx * (d - c));
+        top + fy * (bottom - top)
     }
 }
 
+/// The channels of two pixels next to each other.
 #[inline(always)]
-fn lerp(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
-    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2]), a[3] + t * (b[3] - a[3])]
+fn widen(pixels: &[u8]) -> u16x8 {
+    let mut bytes = [0; 16];
+    bytes[..8].copy_from_slice(pixels);
+    u16x8::from_u8x16_low(u8x16::new(bytes))
 }

@@ -43,7 +43,8 @@ const taken = (page, slot, name) =>
   page.locator(`[data-slot="${slot}"] [data-part="file"]`, { hasText: name }).waitFor();
 
 /** Waits until no card is reading. @param {Page} page */
-const settled = (page) => page.locator('.card[aria-busy="true"]').first().waitFor({ state: "detached" });
+const settled = (page) =>
+  page.locator('.card[aria-busy="true"]').first().waitFor({ state: "detached" });
 
 const message = (/** @type {Page} */ page) => page.locator("#message").textContent();
 
@@ -55,6 +56,8 @@ test("takes photos, depth maps and matches by button", async () => {
   await settled(page);
   assert.equal(await said(page, "target", "file"), "left.jpg");
   assert.equal(await said(page, "matches", "size"), "", "the sample's matches are not the user's");
+  assert.ok(await page.isChecked('input[name="depth-kind"][value="inverse"]'));
+  assert.equal(await page.inputValue("#depth-invalid"), "", "nor is what its depth values mean");
 
   await page.locator("#run").click();
   assert.match((await message(page)) ?? "", /matches file is needed.*xt,yt,xr,yr/);
@@ -63,14 +66,20 @@ test("takes photos, depth maps and matches by button", async () => {
   await page.setInputFiles("#targetDepth-file", sampleFile("target_depth.png"));
   await settled(page);
   await page.locator("#run").click();
-  assert.match((await message(page)) ?? "", /reference's depth map is missing.*remove the target's/);
+  assert.match(
+    (await message(page)) ?? "",
+    /reference's depth map is missing.*remove the target's/,
+  );
 
   await page.setInputFiles("#referenceDepth-file", sampleFile("reference_depth.png"));
   await settled(page);
   await useSampleDepthMeaning(page);
   await stitchAgain(page);
   assert.equal(await message(page), "");
-  assert.match((await page.locator("#result-source").textContent()) ?? "", /left\.jpg onto right\.jpg/);
+  assert.match(
+    (await page.locator("#result-source").textContent()) ?? "",
+    /left\.jpg onto right\.jpg/,
+  );
   const own = await canvasPixels(page, "#mosaic");
   assertSame(own, sample);
   assert.deepEqual(await complaints(), []);
@@ -99,7 +108,11 @@ test("takes one file dropped on its card", async () => {
   const { page, close } = await site.open();
   const card = page.locator('[data-slot="reference"]');
   await drop(page, '[data-slot="reference"]', [copied("reference.jpg", "second.jpg")], async () => {
-    assert.match((await card.getAttribute("class")) ?? "", /over/, "the card shows that it would take the file");
+    assert.match(
+      (await card.getAttribute("class")) ?? "",
+      /over/,
+      "the card shows that it would take the file",
+    );
   });
   await taken(page, "reference", "second.jpg");
   assert.doesNotMatch((await card.getAttribute("class")) ?? "", /over/);
@@ -110,7 +123,14 @@ test("takes one file dropped on its card", async () => {
 test("places the files of a whole case by their names, dropped as files or as a folder", async () => {
   const { page, complaints, close } = await site.open();
   const sample = await canvasPixels(page, "#mosaic");
-  const names = ["case.json", "matches.csv", "reference.jpg", "reference_depth.png", "target.jpg", "target_depth.png"];
+  const names = [
+    "case.json",
+    "matches.csv",
+    "reference.jpg",
+    "reference_depth.png",
+    "target.jpg",
+    "target_depth.png",
+  ];
   for (const paths of [names.map(sampleFile), [dirname(sampleFile("case.json"))]]) {
     await page.locator("#clear-inputs").click();
     await drop(page, "#mosaic", paths, () => page.locator("#drop-veil").waitFor());
@@ -144,7 +164,10 @@ test("says what is wrong with a file and keeps what was there", async () => {
   const text = written("notes.txt", "no picture");
   await page.setInputFiles("#target-file", text);
   await settled(page);
-  assert.match(await said(page, "target", "note"), /notes\.txt is not a picture.*JPEG, PNG or WebP/);
+  assert.match(
+    await said(page, "target", "note"),
+    /notes\.txt is not a picture.*JPEG, PNG or WebP/,
+  );
   assert.equal(await said(page, "target", "file"), "target.jpg");
 
   await page.setInputFiles("#targetDepth-file", text);
@@ -184,6 +207,38 @@ test("warns of a depth map of another shape than its photo", async () => {
   assert.match(await said(page, "targetDepth", "note"), /60.×.90.*shapes differ/);
   await close();
 });
+
+test("hatches unknown depth, and doubts a map that is mostly unknown", async () => {
+  const { page, close } = await site.open();
+  const [width, height] = [96, 64];
+  // A ramp whose upper two thirds have no value.
+  const data = Uint8Array.from({ length: width * height }, (_, i) =>
+    i < (2 * width * height) / 3 ? 0 : 1 + (i % 200),
+  );
+  await page.setInputFiles(
+    "#targetDepth-file",
+    written("holes.png", await encodeGrayPng({ data, width, height })),
+  );
+  await settled(page);
+  assert.ok(Math.abs((await grayShare(page)) - 2 / 3) < 0.05, "metric depth of 0 is unknown");
+  assert.match(await said(page, "targetDepth", "note"), /6\d.% of this map is unknown/);
+
+  await page.check('input[name="depth-kind"][value="inverse"]');
+  await page.fill("#depth-invalid", "");
+  await page.locator("#depth-invalid").blur();
+  assert.ok((await grayShare(page)) < 0.05, "an inverse depth of 0 is very far");
+  assert.equal(await said(page, "targetDepth", "note"), "");
+  await close();
+});
+
+/** Share of gray pixels in the picture of the target's depth: the colours of known depth are never gray. @param {Page} page */
+async function grayShare(page) {
+  const { data } = await canvasPixels(page, '[data-slot="targetDepth"] canvas');
+  let gray = 0;
+  for (let i = 0; i < data.length; i += 4)
+    if (data[i] === data[i + 1] && data[i] === data[i + 2]) gray++;
+  return (4 * gray) / data.length;
+}
 
 test("puts the core's errors in words and keeps the earlier result", async () => {
   const { page, close } = await site.open();
@@ -231,6 +286,9 @@ test("turns a photo as its EXIF data says", async () => {
   const size = (await said(page, "target", "size")).split(/\D+/).filter(Boolean);
   await page.setInputFiles("#target-file", written("turned.jpg", turned));
   await settled(page);
-  assert.deepEqual((await said(page, "target", "size")).split(/\D+/).filter(Boolean), size.reverse());
+  assert.deepEqual(
+    (await said(page, "target", "size")).split(/\D+/).filter(Boolean),
+    size.reverse(),
+  );
   await close();
 });

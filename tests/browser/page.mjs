@@ -18,7 +18,7 @@ export const sampleFile = (name) => join(www, "public", "sample", name);
 /** Builds and serves the page and starts a browser. */
 export async function startSite() {
   if (!existsSync(sampleFile("case.json"))) {
-    throw new Error("www/public/sample is missing: npm run build renders it");
+    throw new Error("www/public/sample is missing: node js/tools/sample.mjs renders it");
   }
   const outDir = mkdtempSync(join(tmpdir(), "depthstitch-www-"));
   const config = /** @type {const} */ ({
@@ -42,7 +42,10 @@ export async function startSite() {
      * @param {ContextOptions} [options]
      */
     async open(options) {
-      const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+      const context = await browser.newContext({
+        viewport: { width: 1280, height: 900 },
+        ...options,
+      });
       const page = await context.newPage();
       const complaints = watch(page, url);
       await page.addInitScript(collectInPage);
@@ -98,7 +101,8 @@ function collectInPage() {
   });
   new PerformanceObserver((list) => {
     for (const entry of list.getEntries()) {
-      if ("value" in entry && "hadRecentInput" in entry && !entry.hadRecentInput) seen.shift += Number(entry.value);
+      if ("value" in entry && "hadRecentInput" in entry && !entry.hadRecentInput)
+        seen.shift += Number(entry.value);
     }
   }).observe({ type: "layout-shift", buffered: true });
 }
@@ -145,7 +149,11 @@ export async function canvasPixels(page, selector) {
  * @param {string} [what]
  */
 export function assertSame(actual, expected, what = "the picture") {
-  assert.deepEqual([actual.width, actual.height], [expected.width, expected.height], `size of ${what}`);
+  assert.deepEqual(
+    [actual.width, actual.height],
+    [expected.width, expected.height],
+    `size of ${what}`,
+  );
   assert.ok(same(actual, expected), `${what} has other pixels`);
 }
 

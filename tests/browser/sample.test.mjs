@@ -37,11 +37,15 @@ async function stitchedByNode(page) {
     invalid: depth.invalid,
   });
   const lines = (await readFile(sampleFile("matches.csv"), "utf8")).trim().split("\n").slice(1);
-  return stitch(await decodedByBrowser(page, "target.jpg"), await decodedByBrowser(page, "reference.jpg"), {
-    matches: new Float32Array(lines.flatMap((line) => line.split(",").map(Number))),
-    targetDepth: await map("target_depth.png"),
-    referenceDepth: await map("reference_depth.png"),
-  });
+  return stitch(
+    await decodedByBrowser(page, "target.jpg"),
+    await decodedByBrowser(page, "reference.jpg"),
+    {
+      matches: new Float32Array(lines.flatMap((line) => line.split(",").map(Number))),
+      targetDepth: await map("target_depth.png"),
+      referenceDepth: await map("reference_depth.png"),
+    },
+  );
 }
 
 test("opens with the sample stitched, byte for byte what Node makes of the same pixels", async () => {
@@ -49,7 +53,10 @@ test("opens with the sample stitched, byte for byte what Node makes of the same 
   const expected = await stitchedByNode(page);
   for (const name of /** @type {const} */ (["mosaic", "warped"])) {
     const shown = await canvasPixels(page, `#${name}`);
-    assert.ok(shown.width > 100 && shown.height > 100 && coloured(shown.data) > 0.02, "there is a picture");
+    assert.ok(
+      shown.width > 100 && shown.height > 100 && coloured(shown.data) > 0.02,
+      "there is a picture",
+    );
     assertSame(shown, asOnCanvas(expected[name]), name);
   }
 
@@ -78,7 +85,9 @@ test("opens with the sample stitched, byte for byte what Node makes of the same 
 test("works in a worker, asks no other host, breaks no policy and does not jump", async () => {
   const { page, complaints, close } = await site.open();
   assert.equal(page.workers().length, 1);
-  const policy = await page.locator('meta[http-equiv="Content-Security-Policy"]').getAttribute("content");
+  const policy = await page
+    .locator('meta[http-equiv="Content-Security-Policy"]')
+    .getAttribute("content");
   assert.match(policy ?? "", /script-src 'self' 'wasm-unsafe-eval'/);
   assert.doesNotMatch(policy ?? "", /unsafe-inline|'unsafe-eval'|https?:/);
   // The policy is in force: what it forbids does not run.
@@ -132,7 +141,10 @@ test("saves mosaic and warped target as PNG and the report as JSON", async () =>
 
 /** @param {import("./page.mjs").Page} page @param {string} button @param {string} name */
 async function saved(page, button, name) {
-  const [download] = await Promise.all([page.waitForEvent("download"), page.locator(button).click()]);
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.locator(button).click(),
+  ]);
   assert.equal(download.suggestedFilename(), name);
   return readFile(await download.path());
 }
@@ -168,7 +180,9 @@ test("fits a phone without scrolling sideways", async () => {
     const widest = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.equal(widest, width);
     const mosaic = await page.locator("#mosaic").boundingBox();
-    assert.ok(mosaic && mosaic.x >= 0 && mosaic.x + mosaic.width <= width && mosaic.width > 0.8 * width);
+    assert.ok(
+      mosaic && mosaic.x >= 0 && mosaic.x + mosaic.width <= width && mosaic.width > 0.8 * width,
+    );
     await close();
   }
 });

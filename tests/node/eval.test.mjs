@@ -253,7 +253,11 @@ test("floors: what falls short is named, tolerance included", async () => {
       error_outside: 0.2,
     },
     modes: {
-      paper: { a: { psnr_bbox: 20, error_inside: 1 }, "b-*": { cover: 0.5 }, absent: { cover: 1 } },
+      paper: {
+        a: { psnr_bbox: 20, error_inside: 1 },
+        "b-*": { cases: 2, cover: 0.5 },
+        absent: { cover: 1 },
+      },
     },
   };
   const empty = {
@@ -283,6 +287,7 @@ test("floors: what falls short is named, tolerance included", async () => {
   const short = check([row("a", 19.85, 1.25, 0), row("b-1", 1, 1, 0.4), row("b-2", 1, 1, 0.5)]);
   assert.equal(short.short.length, 3);
   assert.equal(check([row("a", null, 1, 0)]).short.length, 1, "not measured is short");
+  assert.equal(check([row("b-1", 1, 1, 0.4)]).checked, 0, "the mean of a part of a group");
   assert.deepEqual(checkFloors(floors, "default", [], []), { checked: 0, short: [] });
 
   for (const mode of Object.keys((await readFloors()).modes)) assert.ok(MODES.has(mode), mode);

@@ -57,7 +57,9 @@ async function decodeDepthMap(file: File): Promise<DepthMap> {
 async function readMatches(file: File): Promise<Float32Array> {
   refuseEmpty(file);
   if (file.type.startsWith("image/")) {
-    throw new UnusableFile(`${file.name} is a picture. Choose a CSV file with the header xt,yt,xr,yr.`);
+    throw new UnusableFile(
+      `${file.name} is a picture. Choose a CSV file with the header xt,yt,xr,yr.`,
+    );
   }
   return parseMatches(await file.text(), file.name);
 }

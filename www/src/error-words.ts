@@ -5,12 +5,19 @@ import type { Message } from "./state.js";
 /** What an error means to the user and what to do next. */
 export function errorMessage(error: unknown): Message {
   if (!(error instanceof StitchError)) {
-    return problem("Something unexpected happened.", error instanceof Error ? error.message : String(error));
+    return problem(
+      "Something unexpected happened.",
+      error instanceof Error ? error.message : String(error),
+    );
   }
   const number = (name: string) => error.details[name] ?? Number.NaN;
   switch (error.code) {
     case "aborted":
-      return { tone: "note", title: "Cancelled.", advice: "Nothing was lost; Stitch starts again." };
+      return {
+        tone: "note",
+        title: "Cancelled.",
+        advice: "Nothing was lost; Stitch starts again.",
+      };
     case "invalid-argument":
       return problem(
         "One of the options is out of range.",
@@ -55,7 +62,10 @@ export function errorMessage(error: unknown): Message {
         "Close other tabs, or use smaller photos with matches to fit.",
       );
     case "decode-failed":
-      return problem("A file could not be decoded.", `${sentence(error.message)} Choose another file.`);
+      return problem(
+        "A file could not be decoded.",
+        `${sentence(error.message)} Choose another file.`,
+      );
     case "load-failed":
     case "model-load-failed":
       return problem(

@@ -46,7 +46,7 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
       if (remove) remove.hidden = !loaded;
     }
     const problem = state.problems[slot];
-    const words = problem ?? (changed || state !== before ? doubt(slot, state) : "");
+    const words = problem ?? doubt(slot, state);
     if (note.textContent !== words) note.textContent = words;
     note.classList.toggle("bad", problem !== undefined);
   });
@@ -84,13 +84,20 @@ function doubt(slot: SlotName, { slots, depth }: State): string {
     }
   }
   const holes = remembered(map, depth.kind, depth.invalid, () => holeShare(map, depth));
-  return holes > 0.5 ? `${percent(holes)} of this map is unknown. Check what its values mean, below.` : "";
+  return holes > 0.5
+    ? `${percent(holes)} of this map is unknown. Check what its values mean, below.`
+    : "";
 }
 
 const known = new WeakMap<object, { key: string; value: number }>();
 
 /** Counting the holes of a large map on every redraw would be felt. */
-function remembered(map: object, kind: string, invalid: number | null, compute: () => number): number {
+function remembered(
+  map: object,
+  kind: string,
+  invalid: number | null,
+  compute: () => number,
+): number {
   const key = `${kind} ${invalid}`;
   const entry = known.get(map);
   if (entry?.key === key) return entry.value;

@@ -1,8 +1,8 @@
 import { parseCase, type Case } from "./case-file.js";
 import { decoders } from "./decode.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
-import { slotNames, withArrivals } from "./state.js";
-import type { Loaded, SlotName, Slots, Store } from "./state.js";
+import { initialState, slotNames, withArrivals } from "./state.js";
+import type { DepthSettings, Loaded, SlotName, Slots, Store } from "./state.js";
 import { UnusableFile } from "./unusable-file.js";
 
 type Files = { readonly [K in SlotName]?: File };
@@ -30,8 +30,8 @@ export class InputLoader {
       const theCase = caseFile ? parseCase(await caseFile.text(), caseFile.name) : null;
       const { placed, left } = sortFiles(files, theCase, this.#store.state.slots);
       const absent = theCase ? namesAbsent(theCase, placed) : [];
-      if (theCase) this.#startCase(theCase, placed);
-      await this.#load(placed, "own");
+      if (theCase) this.#emptyOthers(placed);
+      await this.#load(placed, "own", theCase?.depth);
       this.#tellLeftovers(left, absent, Object.keys(placed).length);
     } catch (error) {
       this.#store.set({ message: unusable(error, "These files were not taken.") });
@@ -49,8 +49,8 @@ export class InputLoader {
           if (name !== undefined) files[slot] = await fetchFile(folder, name);
         }),
       );
-      this.#startCase(theCase, files);
-      await this.#load(files, "sample");
+      this.#emptyOthers(files);
+      await this.#load(files, "sample", theCase.depth);
       return true;
     } catch (error) {
       this.#store.set({
@@ -76,13 +76,13 @@ export class InputLoader {
     });
   }
 
-  /** A case brings everything that it has: what it does not name is emptied, what it brings is replaced on arrival. */
-  #startCase(theCase: Case, files: Files): void {
+  /** A case brings everything that it has: what it lacks is emptied, what it brings is replaced on arrival. */
+  #emptyOthers(files: Files): void {
     this.clear(slotNames.filter((slot) => !files[slot]));
-    this.#store.set({ depth: theCase.depth });
   }
 
-  async #load(files: Files, origin: Origin): Promise<void> {
+  /** `depth` says what the values of the depth maps among the files mean, where that is known. */
+  async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<void> {
     const names = slotNames.filter((slot) => files[slot]);
     const token = Symbol();
     for (const slot of names) this.#latest.set(slot, token);
@@ -104,9 +104,14 @@ export class InputLoader {
       if (typeof outcome === "string") problems = { ...problems, [slot]: outcome };
       else arrived = { ...arrived, ...outcome };
     }
+    const sampleDepth = slots.targetDepth?.origin === "sample";
     slots = withArrivals(slots, arrived);
+    // What the sample's values meant says nothing about the user's.
+    const sampleLeft = sampleDepth && slots.target?.origin !== "sample";
+    const kept = sampleLeft ? initialState.depth : this.#store.state.depth;
     this.#store.set({
       slots,
+      depth: depth ?? kept,
       problems,
       loading: new Set([...this.#store.state.loading].filter((slot) => !current.includes(slot))),
     });
@@ -132,7 +137,11 @@ export class InputLoader {
       });
     } else if (left.length > 0) {
       this.#store.set({
-        message: { tone: "note", title: "Some files were not needed.", advice: `Left out: ${names}.` },
+        message: {
+          tone: "note",
+          title: "Some files were not needed.",
+          advice: `Left out: ${names}.`,
+        },
       });
     }
   }
@@ -168,7 +177,9 @@ async function fetchFile(folder: URL, name: string): Promise<File> {
 
 function unusable(error: unknown, title: string) {
   const advice =
-    error instanceof UnusableFile ? error.message : "Check the connection, or choose photos of your own.";
+    error instanceof UnusableFile
+      ? error.message
+      : "Check the connection, or choose photos of your own.";
   return { tone: "error", title, advice } as const;
 }
 

@@ -7,7 +7,7 @@ import { InputLoader } from "./load-inputs.js";
 import { bindOptions } from "./options-panel.js";
 import { bindResults } from "./results.js";
 import { bindRun } from "./run.js";
-import { slotNames, Store } from "./state.js";
+import { initialState, slotNames, Store } from "./state.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
@@ -22,7 +22,10 @@ async function start(): Promise<void> {
     const run = bindRun(store, bindOptions(defaults));
     byId("version", HTMLElement).textContent = `depthstitch ${words}`;
     onClick(byId("load-sample", HTMLButtonElement), () => void loader.loadSample(sampleFolder));
-    onClick(byId("clear-inputs", HTMLButtonElement), () => loader.clear(slotNames));
+    onClick(byId("clear-inputs", HTMLButtonElement), () => {
+      loader.clear(slotNames);
+      store.set({ depth: initialState.depth, status: "Ready" });
+    });
     if (await loader.loadSample(sampleFolder)) await run();
   } catch (error) {
     const { title, advice } = errorMessage(error);

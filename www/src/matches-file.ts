@@ -21,7 +21,9 @@ export function parseMatches(text: string, file: string): Float32Array {
     const cells = line.split(",");
     const numbers = cells.map((cell) => (cell.trim() === "" ? Number.NaN : Number(cell)));
     if (numbers.length !== 4 || !numbers.every(Number.isFinite)) {
-      throw new UnusableFile(`Line ${index + 1} of ${file} is not four numbers: “${line.slice(0, 60)}”.`);
+      throw new UnusableFile(
+        `Line ${index + 1} of ${file} is not four numbers: “${line.slice(0, 60)}”.`,
+      );
     }
     values.push(...numbers);
   }

@@ -32,13 +32,21 @@ export function seconds(value: number): string {
 }
 
 export function bytes(value: number): string {
-  return value >= 1e9 ? `${(value / 1e9).toFixed(1)}${space}GB` : `${(value / 1e6).toFixed(0)}${space}MB`;
+  return value >= 1e9
+    ? `${(value / 1e9).toFixed(1)}${space}GB`
+    : `${(value / 1e6).toFixed(0)}${space}MB`;
 }
 
 export function count(value: number, one: string, many: string): string {
   return `${value} ${value === 1 ? one : many}`;
 }
 
-export function size({ width, height }: { readonly width: number; readonly height: number }): string {
+export function size({
+  width,
+  height,
+}: {
+  readonly width: number;
+  readonly height: number;
+}): string {
   return `${width}${space}×${space}${height}`;
 }

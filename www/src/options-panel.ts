@@ -61,7 +61,14 @@ const groups: readonly {
       "threshold",
       { key: "maxTrials", label: "Most trials", min: 1, step: 1 },
       { key: "confidence", label: "Confidence", min: 0, max: 1, step: "any" },
-      { key: "seed", label: "Seed", hint: "same seed, same result", min: 0, max: 2 ** 32 - 1, step: 1 },
+      {
+        key: "seed",
+        label: "Seed",
+        hint: "same seed, same result",
+        min: 0,
+        max: 2 ** 32 - 1,
+        step: 1,
+      },
     ],
   },
   {
@@ -69,11 +76,36 @@ const groups: readonly {
     fields: [
       warpMode,
       holes,
-      { key: "gridColumns", label: "Grid columns", hint: "0: one vertex per pixel", min: 0, step: 1 },
+      {
+        key: "gridColumns",
+        label: "Grid columns",
+        hint: "0: one vertex per pixel",
+        min: 0,
+        step: 1,
+      },
       { key: "gridRows", label: "Grid rows", hint: "0: one vertex per pixel", min: 0, step: 1 },
-      { key: "voidDistance", label: "Void distance", hint: "% of the diagonal", min: 0, step: "any", unit: 0.01 },
-      { key: "stretchLimit", label: "Stretch limit", hint: "× the average cell", min: 0, step: "any" },
-      { key: "canvasLimit", label: "Canvas limit", hint: "× the reference, each side", min: 0, step: "any" },
+      {
+        key: "voidDistance",
+        label: "Void distance",
+        hint: "% of the diagonal",
+        min: 0,
+        step: "any",
+        unit: 0.01,
+      },
+      {
+        key: "stretchLimit",
+        label: "Stretch limit",
+        hint: "× the average cell",
+        min: 0,
+        step: "any",
+      },
+      {
+        key: "canvasLimit",
+        label: "Canvas limit",
+        hint: "× the reference, each side",
+        min: 0,
+        step: "any",
+      },
     ],
   },
   {
@@ -104,11 +136,24 @@ export function bindOptions(defaults: Readonly<Options>): () => Partial<Options>
   return () => readers.reduce<Partial<Options>>((all, read) => ({ ...all, ...read() }), {});
 }
 
-function addNumber(parent: HTMLElement, field: NumberField, initial: number): () => Partial<Options> {
+function addNumber(
+  parent: HTMLElement,
+  field: NumberField,
+  initial: number,
+): () => Partial<Options> {
   const { key, unit = 1 } = field;
   const shown = String(Number((initial / unit).toPrecision(12)));
-  const attributes = { id: `option-${key}`, type: "number", min: field.min, step: field.step, value: shown };
-  const input = make("input", strings(field.max === undefined ? attributes : { ...attributes, max: field.max }));
+  const attributes = {
+    id: `option-${key}`,
+    type: "number",
+    min: field.min,
+    step: field.step,
+    value: shown,
+  };
+  const input = make(
+    "input",
+    strings(field.max === undefined ? attributes : { ...attributes, max: field.max }),
+  );
   parent.append(label(`option-${key}`, field.label, field.hint), input);
   return () => {
     if (input.value === shown) return {};
@@ -134,7 +179,10 @@ function addChoice(
 /** A number of pixels, or the paper's own way to say it. */
 function addThreshold(parent: HTMLElement, initial: Options["threshold"]): () => Partial<Options> {
   const shown = initial === "paper" ? 3 : initial;
-  const input = make("input", strings({ id: "option-threshold", type: "number", min: 0, step: "any", value: shown }));
+  const input = make(
+    "input",
+    strings({ id: "option-threshold", type: "number", min: 0, step: "any", value: shown }),
+  );
   const paper = make("input", { id: "option-threshold-paper", type: "checkbox" });
   if (initial === "paper") paper.setAttribute("checked", "");
   const sync = () => {

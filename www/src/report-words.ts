@@ -69,19 +69,33 @@ export function qualityRows({ quality }: StitchResult): readonly (readonly strin
   const coverage = percent(quality.coverage);
   return [
     ["Valid pixels", decibels(quality.psnrMask), similarity(quality.ssimMask), coverage],
-    ["Bounding box, as the paper", decibels(quality.psnrBbox), similarity(quality.ssimBbox), coverage],
+    [
+      "Bounding box, as the paper",
+      decibels(quality.psnrBbox),
+      similarity(quality.ssimBbox),
+      coverage,
+    ],
   ];
 }
 
 /** The report for programs: every number of the result, no pixels. */
 export function reportJson({ result, slots, options, elapsed }: Outcome, version: string): string {
-  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voidMask } = result;
+  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voidMask } =
+    result;
   const model = ({ h, e }: { h: Float64Array; e: Float64Array }) => ({ h: [...h], e: [...e] });
   const value = {
     version,
-    inputs: Object.fromEntries(Object.entries(slots).map(([slot, loaded]) => [slot, loaded?.file ?? null])),
+    inputs: Object.fromEntries(
+      Object.entries(slots).map(([slot, loaded]) => [slot, loaded?.file ?? null]),
+    ),
     options,
-    canvas: { width: mosaic.width, height: mosaic.height, offset, clipped, voids: countSet(voidMask.data) },
+    canvas: {
+      width: mosaic.width,
+      height: mosaic.height,
+      offset,
+      clipped,
+      voids: countSet(voidMask.data),
+    },
     forward: model(forward),
     reverse: model(reverse),
     report,

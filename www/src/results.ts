@@ -2,7 +2,15 @@ import type { ImageOutput, StitchResult } from "depthstitch";
 import { byId, find, make, onClick, setEnabled } from "./dom.js";
 import { saveCanvas, saveText } from "./download.js";
 import { count, milliseconds, percent, size } from "./number-words.js";
-import { countSet, keyFigures, qualityRows, reportJson, reportParagraphs, stages, stageWords } from "./report-words.js";
+import {
+  countSet,
+  keyFigures,
+  qualityRows,
+  reportJson,
+  reportParagraphs,
+  stages,
+  stageWords,
+} from "./report-words.js";
 import type { Outcome, State, Store } from "./state.js";
 import { put } from "./thumbnails.js";
 
@@ -37,7 +45,9 @@ function source({ outcome, slots, running }: State): string {
   if (!outcome) return "";
   const { target, reference } = outcome.slots;
   const names =
-    target?.origin === "sample" ? "the sample" : `${target?.file ?? ""} onto ${reference?.file ?? ""}`;
+    target?.origin === "sample"
+      ? "the sample"
+      : `${target?.file ?? ""} onto ${reference?.file ?? ""}`;
   return outcome.slots === slots || running ? names : `${names} · the inputs have changed since`;
 }
 
@@ -51,7 +61,9 @@ function showPictures({ result, slots }: Outcome): void {
   const voids = countSet(voidMask.data);
   caption(
     "voids-caption",
-    voids === 0 ? "none" : `${count(voids, "pixel", "pixels")}, ${percent(voids / voidMask.data.length)}`,
+    voids === 0
+      ? "none"
+      : `${count(voids, "pixel", "pixels")}, ${percent(voids / voidMask.data.length)}`,
   );
 
   const outline = byId("reference-outline", HTMLElement);
@@ -140,5 +152,10 @@ function showTimes({ times }: StitchResult): void {
 }
 
 function row(name: string, cells: readonly (string | Node)[]): HTMLTableRowElement {
-  return make("tr", {}, make("th", { scope: "row" }, name), ...cells.map((cell) => make("td", {}, cell)));
+  return make(
+    "tr",
+    {},
+    make("th", { scope: "row" }, name),
+    ...cells.map((cell) => make("td", {}, cell)),
+  );
 }

@@ -15,7 +15,13 @@ export function bindRun(store: Store, options: () => Partial<Options>): () => Pr
     const { slots, depth, loading, running } = store.state;
     if (running) return;
     if (loading.size > 0) {
-      store.set({ message: { tone: "note", title: "A file is still being read.", advice: "Stitch again in a moment." } });
+      store.set({
+        message: {
+          tone: "note",
+          title: "A file is still being read.",
+          advice: "Stitch again in a moment.",
+        },
+      });
       return;
     }
     const message = missing(slots);
@@ -94,7 +100,8 @@ function bindProgress(store: Store): void {
     fraction.textContent = running ? percent(Math.round(100 * running.fraction) / 100) : "";
   };
   store.subscribe((state, before) => {
-    if (state.running !== before.running || state.status !== before.status || state === before) draw(state);
+    if (state.running !== before.running || state.status !== before.status || state === before)
+      draw(state);
   });
 }
 

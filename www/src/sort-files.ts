@@ -33,13 +33,19 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
 
   if (theCase) {
     for (const slot of caseSlots) {
-      take(slot, rest.find((file) => file.name === theCase.files[slot]));
+      take(
+        slot,
+        rest.find((file) => file.name === theCase.files[slot]),
+      );
     }
     // A case says itself whether it has depth.
     return { placed, left: rest };
   }
 
-  take("matches", rest.find((file) => table.test(file.name)));
+  take(
+    "matches",
+    rest.find((file) => table.test(file.name)),
+  );
   const pictures = rest.filter((file) => picture.test(file.name) || file.type.startsWith("image/"));
   const depths = pictures.filter((file) => /depth|disp/i.test(file.name));
   const photos = pictures.filter((file) => !depths.includes(file));

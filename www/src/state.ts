@@ -129,13 +129,24 @@ function withoutSample(slots: Slots): Slots {
 }
 
 /** What is still needed before the photos can be stitched, in words; `null` when all is there. */
-export function missing({ target, reference, targetDepth, referenceDepth, matches }: Slots): Message | null {
+export function missing({
+  target,
+  reference,
+  targetDepth,
+  referenceDepth,
+  matches,
+}: Slots): Message | null {
   const note = (title: string, advice: string): Message => ({ tone: "note", title, advice });
   if (!target && !reference) {
-    return note("Two photos are needed.", "Choose a target and a reference, or go back to the sample.");
+    return note(
+      "Two photos are needed.",
+      "Choose a target and a reference, or go back to the sample.",
+    );
   }
-  if (!target) return note("The target photo is missing.", "Choose the photo that is to be warped.");
-  if (!reference) return note("The reference photo is missing.", "Choose the photo that stays as it is.");
+  if (!target)
+    return note("The target photo is missing.", "Choose the photo that is to be warped.");
+  if (!reference)
+    return note("The reference photo is missing.", "Choose the photo that stays as it is.");
   if (!matches) {
     return note(
       "A matches file is needed.",
@@ -144,10 +155,16 @@ export function missing({ target, reference, targetDepth, referenceDepth, matche
     );
   }
   if (targetDepth && !referenceDepth) {
-    return note("The reference's depth map is missing.", "Depth is needed for both photos: add it, or remove the target's.");
+    return note(
+      "The reference's depth map is missing.",
+      "Depth is needed for both photos: add it, or remove the target's.",
+    );
   }
   if (referenceDepth && !targetDepth) {
-    return note("The target's depth map is missing.", "Depth is needed for both photos: add it, or remove the reference's.");
+    return note(
+      "The target's depth map is missing.",
+      "Depth is needed for both photos: add it, or remove the reference's.",
+    );
   }
   return null;
 }

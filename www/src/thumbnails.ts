@@ -6,7 +6,11 @@ import type { Slots, State } from "./state.js";
 const width = 384;
 
 /** Draws one slot's content, as small as it is shown. */
-export function drawThumbnail(canvas: HTMLCanvasElement, slot: keyof Slots, { slots, depth }: State): void {
+export function drawThumbnail(
+  canvas: HTMLCanvasElement,
+  slot: keyof Slots,
+  { slots, depth }: State,
+): void {
   switch (slot) {
     case "target":
     case "reference":
@@ -40,7 +44,11 @@ function drawPhoto(canvas: HTMLCanvasElement, image: ImageData): void {
 }
 
 /** Each match as a line from its place in the target to its place in the reference, the longest brightest. */
-function drawMatches(canvas: HTMLCanvasElement, matches: Float32Array, photo: ImageData | null): void {
+function drawMatches(
+  canvas: HTMLCanvasElement,
+  matches: Float32Array,
+  photo: ImageData | null,
+): void {
   const extent = photo ?? extentOf(matches);
   const scale = width / extent.width;
   canvas.width = width;
