@@ -113,7 +113,8 @@ pub fn warp(
 ) -> Result<Warped> {
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
-    let target_depth = holes::resolve(target.depth, options.holes)?;
+    // Without parallax depth plays no part, so neither do its holes.
+    let target_depth = holes::resolve(target.depth.filter(|_| forward.has_parallax()), options.holes)?;
     let grid = grid::VertexGrid::map(
         (target.image.width(), target.image.height()),
         target_depth.as_deref(),
@@ -128,7 +129,7 @@ pub fn warp(
     if options.mode == WarpMode::Forward {
         forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint);
     } else {
-        let reference_depth = holes::resolve(reference.depth, options.holes)?;
+        let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = render::Scene {
             target: target.image,
             target_depth: target_depth.as_deref(),

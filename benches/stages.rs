@@ -1,0 +1,101 @@
+//! Every stage on the synthetic gallery and on the real pair where there is one, per pixel of the target.
+//!
+//! The real pair is read from `DEPTHSTITCH_DATA`, by default `../shared/data`.
+//!
+//! Native only, as criterion is; `npm run bench` times the wasm.
+#![allow(clippy::expect_used)]
+
+#[path = "../tests/cases/mod.rs"]
+mod cases;
+#[path = "../tests/scene/mod.rs"]
+mod scene;
+
+#[cfg(not(target_arch = "wasm32"))]
+fn main() {
+    let mut criterion = criterion::Criterion::default().configure_from_args();
+    native::all(&mut criterion);
+    criterion.final_summary();
+}
+
+#[cfg(target_arch = "wasm32")]
+fn main() {}
+
+#[cfg(not(target_arch = "wasm32"))]
+mod native {
+    use std::hint::black_box;
+
+    use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+    use depthstitch::geometry::{Frame, Match, estimate};
+    use depthstitch::metrics::quality;
+    use depthstitch::mosaic::{blend, fill};
+    use depthstitch::pipeline::{Options, stitch};
+    use depthstitch::warp::{View, WarpMode, WarpOptions, warp};
+
+    use super::cases;
+    use super::scene::{self, MatchOptions, Photos};
+
+    /// The size of the paper's photos.
+    const SIZE: (usize, usize) = (1000, 662);
+
+    pub fn all(criterion: &mut Criterion) {
+        let gallery = scene::gallery();
+        let pair = gallery.render(SIZE.0, SIZE.1);
+        let photos = Photos::of(&pair, &MatchOptions { count: 1000, sigma: 0.3, outliers: 0.1, seed: 1 });
+        stages(&mut criterion.benchmark_group("gallery"), &photos.matches, photos.target(), photos.reference());
+
+        let Some(folder) = cases::data_folder().map(|data| data.join("nis-PTS_17")).filter(|folder| folder.is_dir())
+        else {
+            return;
+        };
+        let case = cases::load(&folder);
+        stages(&mut criterion.benchmark_group("nis-PTS_17"), &case.matches, case.target(), case.reference());
+    }
+
+    fn stages(group: &mut BenchmarkGroup<'_, WallTime>, matches: &[Match], target: View<'_>, reference: View<'_>) {
+        let options = Options::default();
+        let frame = |view: &View<'_>| (view.image.width(), view.image.height());
+        let [from, to] = [target, reference].map(|view| Frame { size: frame(&view), depth: view.depth });
+        let pixels = from.size.0 * from.size.1;
+        group.sample_size(20).throughput(Throughput::Elements(pixels as u64));
+
+        let geometry = estimate(matches, from, to, &options.estimate, &mut ()).expect("the pair has a geometry");
+        group.bench_function("estimate", |b| {
+            b.iter(|| estimate(black_box(matches), from, to, &options.estimate, &mut ()).expect("as before"));
+        });
+
+        let (forward, reverse) = (&geometry.forward, &geometry.reverse);
+        for (name, mode) in [
+            ("forward", WarpMode::Forward),
+            ("backward", WarpMode::Backward),
+            ("backward+void", WarpMode::BackwardVoid),
+            ("optimal", WarpMode::Optimal),
+        ] {
+            let options = WarpOptions { mode, ..options.warp.clone() };
+            group.bench_function(format!("warp {name}"), |b| {
+                b.iter(|| {
+                    warp(black_box(target), reference, forward, reverse, &options, &mut ()).expect("it overlaps")
+                });
+            });
+        }
+
+        let warped = warp(target, reference, forward, reverse, &options.warp, &mut ()).expect("it overlaps");
+        group.bench_function("measure", |b| {
+            b.iter(|| quality(black_box(&warped), reference.image).expect("it overlaps"))
+        });
+        group.bench_function("blend", |b| b.iter(|| blend(black_box(&warped), reference.image).expect("it fits")));
+
+        let mosaic = blend(&warped, reference.image).expect("it fits");
+        let how = options.fill.clone().unwrap_or_default();
+        group.bench_function("fill", |b| {
+            b.iter_batched_ref(
+                || mosaic.image.clone(),
+                |image| fill(image, &mosaic.voids, &how, &mut ()).expect("it fits"),
+                BatchSize::LargeInput,
+            );
+        });
+
+        group.bench_function("stitch", |b| {
+            b.iter(|| stitch(black_box(matches), target, reference, &options, &mut ()).expect("it overlaps"));
+        });
+    }
+}

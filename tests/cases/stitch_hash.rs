@@ -1,0 +1,93 @@
+//! Hashes of all that `stitch` makes natively of decoded inputs, as one line of JSON: `stitch-hash DIR`.
+//!
+//! DIR holds what `tests/node/identity.test.mjs` writes: raw little-endian arrays, and their sizes in `sizes.json`. Files are
+//! not decoded here, so that the core alone is compared with its wasm.
+#![allow(clippy::expect_used)]
+
+use std::path::Path;
+
+use depthstitch::geometry::{Match, Model};
+use depthstitch::image::DepthKind;
+use depthstitch::pipeline::{Options, stitch};
+use depthstitch::warp::View;
+use depthstitch::{Image, InverseDepth};
+use serde_json::{Value, json};
+
+fn main() {
+    let folder = std::env::args().nth(1).expect("usage: stitch-hash DIR");
+    let folder = Path::new(&folder);
+    let sizes: Value = serde_json::from_slice(&read(folder, "sizes.json")).expect("sizes.json is JSON");
+    let size = |name: &str| {
+        let side = |key: &str| sizes[name][key].as_u64().expect("a size") as usize;
+        (side("width"), side("height"))
+    };
+    let photo = |name: &str| {
+        let (width, height) = size(name);
+        Image { data: read(folder, name), width, height }
+    };
+    let (target, reference) = (photo("target"), photo("reference"));
+    let depth = |name: &str, photo: &Image| {
+        let kind = if sizes[name]["kind"] == "metric" { DepthKind::Metric } else { DepthKind::Inverse };
+        let raw = floats(&read(folder, name));
+        InverseDepth::new("depth", &raw, size(name), kind, None, (photo.width, photo.height)).expect("a depth map")
+    };
+    let (target_depth, reference_depth) = (depth("targetDepth", &target), depth("referenceDepth", &reference));
+    let matches: Vec<Match> = floats(&read(folder, "matches"))
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|m| m.map(f64::from))
+        .map(|[a, b, c, d]| Match { target: [a, b], reference: [c, d] })
+        .collect();
+
+    let done = stitch(
+        &matches,
+        View { image: target.view(), depth: Some(&target_depth) },
+        View { image: reference.view(), depth: Some(&reference_depth) },
+        &Options::default(),
+        &mut (),
+    )
+    .expect("the case stitches");
+    let inliers: Vec<u8> = done.geometry.inliers.iter().map(|&inlier| u8::from(inlier)).collect();
+    let quality = done.quality;
+    let numbers = [quality.psnr_bbox, quality.ssim_bbox, quality.psnr_mask, quality.ssim_mask, quality.coverage];
+    println!(
+        "{}",
+        json!({
+            "mosaic": fnv(&done.mosaic.image.data),
+            "voidMask": fnv(&done.mosaic.voids.data),
+            "warped": fnv(&done.warped.image.data),
+            "footprint": fnv(&done.warped.footprint.data),
+            "inliers": fnv(&inliers),
+            "forward": fnv(&model(&done.geometry.forward)),
+            "reverse": fnv(&model(&done.geometry.reverse)),
+            "quality": fnv(&bytes(numbers)),
+        })
+    );
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    let path = folder.join(name);
+    std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+}
+
+/// H row by row, then e.
+fn model(model: &Model) -> Vec<u8> {
+    bytes(model.h.transpose().iter().chain(model.e.iter()).copied())
+}
+
+fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
+    numbers.into_iter().flat_map(f64::to_le_bytes).collect()
+}
+
+/// FNV-1a, 64 bit.
+fn fnv(bytes: &[u8]) -> String {
+    let hash = bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    format!("{hash:016x}")
+}

@@ -1,0 +1,389 @@
+//! Inputs that cannot or can hardly be stitched: each comes out as the right error or with the right warning, none as a panic.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::geometry::{Match, ModelKind, Threshold};
+use depthstitch::image::DepthKind;
+use depthstitch::pipeline::{Options, Stitched, stitch};
+use depthstitch::{Image, ImageView, InverseDepth, Result};
+use scene::{MatchOptions, Photos, Random, Scene};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (120, 80);
+const MATCHES: MatchOptions = MatchOptions { count: 200, sigma: 0.3, outliers: 0.1, seed: 1 };
+
+/// What has to come out.
+#[derive(Debug, Clone, Copy)]
+enum Expected {
+    /// An error with one of these codes.
+    Refused(&'static [&'static str]),
+    /// A mosaic, a model of this kind, and this warning among the others.
+    Warned(ModelKind, &'static str),
+    /// A mosaic, a model of this kind, and no warning.
+    Fine(ModelKind),
+    /// Refused for its geometry, or a mosaic with a warning: chance decides. But no mosaic without one.
+    RefusedOrWarned,
+}
+use Expected::{Fine, Refused, RefusedOrWarned, Warned};
+use ModelKind::{Depth, Homography};
+
+struct Row {
+    name: &'static str,
+    photos: Photos,
+    options: Options,
+    expected: Expected,
+}
+
+fn row(name: &'static str, photos: Photos, expected: Expected) -> Row {
+    Row { name, photos, options: Options::default(), expected }
+}
+
+fn check(rows: Vec<Row>) {
+    let wrong: Vec<String> = rows.iter().filter_map(problem).collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+fn problem(row: &Row) -> Option<String> {
+    let Photos { matches, .. } = &row.photos;
+    let result = stitch(matches, row.photos.target(), row.photos.reference(), &row.options, &mut ());
+    if let Ok(found) = &result {
+        let canvas = found.mosaic.image.width * found.mosaic.image.height;
+        assert_eq!(found.mosaic.image.data.len(), 4 * canvas, "{}", row.name);
+        assert_eq!(found.geometry.inliers.len(), matches.len(), "{}", row.name);
+        assert!(found.geometry.forward.is_finite() && found.geometry.reverse.is_finite(), "{}", row.name);
+    }
+    let right = match (&result, row.expected) {
+        (Err(error), Refused(codes)) => codes.contains(&error.code()),
+        (Ok(found), Warned(kind, code)) => found.geometry.kind == kind && codes(found).contains(&code),
+        (Ok(found), Fine(kind)) => found.geometry.kind == kind && codes(found).is_empty(),
+        (Err(error), RefusedOrWarned) => ["no-consensus", "degenerate-geometry"].contains(&error.code()),
+        (Ok(found), RefusedOrWarned) => !codes(found).is_empty(),
+        _ => false,
+    };
+    let got = match &result {
+        Ok(found) => format!("{:?}, warnings {:?}", found.geometry.kind, codes(found)),
+        Err(error) => format!("{}: {error}", error.code()),
+    };
+    println!("{}: {got}", row.name);
+    (!right).then(|| format!("{}: expected {:?}, got {got}", row.name, row.expected))
+}
+
+fn codes(found: &Stitched) -> Vec<&'static str> {
+    found.warnings.iter().map(|warning| warning.code()).collect()
+}
+
+fn photos(scene: &Scene) -> Photos {
+    Photos::of(&scene.render(SIZE.0, SIZE.1), &MATCHES)
+}
+
+fn gallery() -> Photos {
+    photos(&scene::gallery())
+}
+
+fn with(photos: &Photos, matches: Vec<Match>) -> Photos {
+    Photos { matches, ..photos.clone() }
+}
+
+/// Matches from the index, as many as wanted.
+fn made(count: usize, place: impl FnMut(usize) -> [f64; 4]) -> Vec<Match> {
+    (0..count).map(place).map(|[a, b, c, d]| Match { target: [a, b], reference: [c, d] }).collect()
+}
+
+fn anywhere(count: usize, seed: u64) -> Vec<Match> {
+    let mut random = Random::new(seed);
+    made(count, |_| [SIZE.0, SIZE.1, SIZE.0, SIZE.1].map(|side| random.uniform() * (side as f64 - 1.0)))
+}
+
+/// A depth map of the gallery's target with some values replaced.
+fn depth(photos: &Photos, value: impl Fn(usize, usize, f32) -> f32) -> Option<InverseDepth> {
+    let data = photos.target_depth.as_ref().unwrap().data();
+    let raw: Vec<f32> = data.iter().enumerate().map(|(i, d)| value(i % SIZE.0, i / SIZE.0, *d)).collect();
+    InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).ok()
+}
+
+#[test]
+fn scenes_without_what_a_depth_model_needs() {
+    let gallery = gallery();
+    let other = photos(&scene::plane());
+    let mixed = Photos { reference: other.reference, reference_depth: other.reference_depth, ..gallery.clone() };
+    let faint = scene::textureless();
+    let five = MatchOptions { count: 5, sigma: 0.0, outliers: 0.0, seed: 1 };
+    let few = |scene: &Scene| Photos::of(&scene.render(SIZE.0, SIZE.1), &five);
+    check(vec![
+        row("everything as it should be", gallery.clone(), Fine(Depth)),
+        row("two scenes, 200 matches at random", with(&mixed, anywhere(200, 1)), Refused(&["no-consensus"])),
+        row("two scenes, 12 matches at random", with(&mixed, anywhere(12, 2)), Refused(&["no-consensus"])),
+        row("two scenes, 1000 matches at random", with(&mixed, anywhere(1000, 3)), Refused(&["no-consensus"])),
+        row("a flat scene", photos(&scene::plane()), Warned(Homography, "parallax-unobservable")),
+        row("a camera that only turns", photos(&scene::rotation()), Warned(Homography, "parallax-unobservable")),
+        row("no texture, no matches", with(&photos(&faint), vec![]), Refused(&["too-few-matches"])),
+        row("no texture, 5 matches", few(&faint), Warned(Homography, "few-inliers")),
+        row("a flat scene, 5 matches", few(&scene::plane()), Warned(Homography, "few-inliers")),
+        row("no texture, 40 matches at random", with(&photos(&faint), anywhere(40, 4)), RefusedOrWarned),
+    ]);
+}
+
+#[test]
+fn matches_that_determine_nothing() {
+    let base = gallery();
+    let exact =
+        Photos::of(&scene::gallery().survey(SIZE.0, SIZE.1), &MatchOptions { sigma: 0.0, outliers: 0.0, ..MATCHES });
+    let first = |count: usize| exact.matches.iter().take(count).copied().collect::<Vec<_>>();
+    let line = |i: usize| [10.0 + i as f64, 20.0 + 0.5 * i as f64, 15.0 + i as f64, 18.0 + 0.5 * i as f64];
+    let row = |name, matches, expected| row(name, with(&base, matches), expected);
+    check(vec![
+        row("no match", vec![], Refused(&["too-few-matches"])),
+        row("3 matches", first(3), Refused(&["too-few-matches"])),
+        // Too few for a depth model, and no homography explains all of them.
+        row("5 matches", first(5), Refused(&["no-consensus"])),
+        row("6 matches", first(6), Warned(Depth, "few-inliers")),
+        row("one match, 200 times", made(200, |_| [30.0, 30.0, 20.0, 30.0]), Refused(&["too-few-matches"])),
+        row(
+            "all in one target pixel",
+            made(50, |i| [30.0 + 0.001 * i as f64, 30.0, 20.0 + i as f64, 2.0 * (i % 30) as f64]),
+            Refused(&["degenerate-geometry"]),
+        ),
+        row(
+            "all in one reference pixel",
+            made(50, |i| [20.0 + i as f64, 2.0 * (i % 30) as f64, 30.0, 30.0 + 0.001 * i as f64]),
+            Refused(&["degenerate-geometry"]),
+        ),
+        row("all on one line", made(60, line), Refused(&["degenerate-geometry"])),
+        row("all on one row", made(60, |i| [i as f64, 40.0, i as f64, 40.0]), Refused(&["degenerate-geometry"])),
+        // The last match fixes a map that nothing confirms: it must not pass for a good one.
+        row(
+            "all on one line but one",
+            made(61, |i| if i == 60 { [60.0, 60.0, 65.0, 58.0] } else { line(i) }),
+            RefusedOrWarned,
+        ),
+        row(
+            "all out of frame",
+            made(50, |i| [-10.0 - i as f64, 5.0, 300.0, (i * i) as f64]),
+            Refused(&["too-few-matches"]),
+        ),
+        row(
+            "one end out of frame",
+            made(50, |i| [i as f64, (i * 7 % 60) as f64, 1e9, -1e9]),
+            Refused(&["too-few-matches"]),
+        ),
+        row("all NaN", made(50, |_| [f64::NAN; 4]), Refused(&["too-few-matches"])),
+        row(
+            "all infinite",
+            made(50, |i| [if i % 2 == 0 { f64::INFINITY } else { f64::NEG_INFINITY }; 4]),
+            Refused(&["too-few-matches"]),
+        ),
+    ]);
+}
+
+#[test]
+fn wrong_numbers_among_good_matches_are_dropped() {
+    let good = gallery();
+    let clean = stitch(&good.matches, good.target(), good.reference(), &Options::default(), &mut ()).unwrap();
+    let wrong = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, -1.0, 1e6];
+    let mut matches = Vec::new();
+    for (i, m) in good.matches.iter().enumerate() {
+        let mut broken = *m;
+        let side = if i % 2 == 0 { &mut broken.target } else { &mut broken.reference };
+        side[i / 2 % 2] = wrong[i % wrong.len()];
+        matches.extend([broken, *m]);
+    }
+    let found = stitch(&matches, good.target(), good.reference(), &Options::default(), &mut ()).unwrap();
+    assert_eq!(found.geometry.forward, clean.geometry.forward);
+    assert_eq!(found.mosaic, clean.mosaic);
+    let (broken, kept): (Vec<_>, Vec<_>) = found.geometry.inliers.as_chunks().0.iter().map(|[a, b]| (*a, *b)).unzip();
+    assert!(broken.iter().all(|inlier| !inlier));
+    assert_eq!(kept, clean.geometry.inliers);
+}
+
+#[test]
+fn depth_maps_that_say_little_or_nothing() {
+    let base = gallery();
+    let target =
+        |value: &dyn Fn(usize, usize, f32) -> f32| Photos { target_depth: depth(&base, value), ..base.clone() };
+    let both = |value: &dyn Fn(usize, usize, f32) -> f32| {
+        let reference_depth = base.reference_depth.as_ref().map(|d| {
+            let raw: Vec<f32> = d.data().iter().enumerate().map(|(i, v)| value(i % SIZE.0, i / SIZE.0, *v)).collect();
+            InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).unwrap()
+        });
+        Photos { reference_depth, ..target(value) }
+    };
+    let half = InverseDepth::new(
+        "depth",
+        base.target_depth.as_ref().unwrap().data(),
+        SIZE,
+        DepthKind::Inverse,
+        None,
+        (60, 40),
+    );
+    check(vec![
+        row("target depth constant", target(&|_, _, _| 1.0), Warned(Homography, "parallax-unobservable")),
+        row("both depths constant", both(&|_, _, _| 1.0), Warned(Homography, "parallax-unobservable")),
+        row("both depths zero", both(&|_, _, _| 0.0), Warned(Homography, "parallax-unobservable")),
+        row("target depth all holes", target(&|_, _, _| f32::NAN), Warned(Homography, "depth-unusable")),
+        row("both depths all holes", both(&|_, _, _| f32::INFINITY), Warned(Homography, "depth-unusable")),
+        row(
+            "every second row a hole",
+            both(&|_, y, d| if y % 2 == 0 { f32::NAN } else { d }),
+            Warned(Homography, "depth-unusable"),
+        ),
+        row("left half holes", target(&|x, _, d| if x < 60 { f32::NAN } else { d }), Fine(Depth)),
+        row("huge depths", both(&|_, _, d| d * 1e35), Fine(Depth)),
+        row("tiny depths", both(&|_, _, d| d * 1e-35), Fine(Depth)),
+        row(
+            "one depth value infinite, one huge",
+            target(&|x, y, d| match (x, y) {
+                (50, 40) => f32::MAX,
+                (70, 40) => f32::MIN,
+                _ => d,
+            }),
+            Fine(Depth),
+        ),
+        row(
+            "depth of another size than its photo",
+            Photos { target_depth: half.ok(), ..base.clone() },
+            Refused(&["size-mismatch"]),
+        ),
+        row("no target depth", Photos { target_depth: None, ..base.clone() }, Warned(Homography, "no-depth")),
+        row("no reference depth", Photos { reference_depth: None, ..base.clone() }, Warned(Homography, "no-depth")),
+        row(
+            "no depth",
+            Photos { target_depth: None, reference_depth: None, ..base.clone() },
+            Warned(Homography, "no-depth"),
+        ),
+    ]);
+}
+
+#[test]
+fn photos_of_odd_sizes() {
+    let base = gallery();
+    let cut = |image: &Image, width: usize, height: usize| {
+        let rows = image.data.chunks_exact(4 * image.width).take(height);
+        Image { data: rows.flat_map(|row| row[..4 * width].to_vec()).collect(), width, height }
+    };
+    let flat = |target: Image, reference: Image, matches: Vec<Match>| Photos {
+        target,
+        reference,
+        target_depth: None,
+        reference_depth: None,
+        matches,
+    };
+    let shift = || {
+        made(60, |i| {
+            [
+                5.0 + (i * 7 % 50) as f64,
+                5.0 + (i * 11 % 40) as f64,
+                2.0 + (i * 7 % 50) as f64,
+                5.0 + (i * 11 % 40) as f64,
+            ]
+        })
+    };
+    let dot = cut(&base.target, 1, 1);
+    let narrow = cut(&base.target, 1, 80);
+    check(vec![
+        row(
+            "a smaller target",
+            flat(cut(&base.target, 70, 50), base.reference.clone(), shift()),
+            Warned(Homography, "no-depth"),
+        ),
+        row(
+            "a smaller reference",
+            flat(base.target.clone(), cut(&base.reference, 70, 50), shift()),
+            Warned(Homography, "no-depth"),
+        ),
+        row(
+            "1×1 and 1×1",
+            flat(
+                dot.clone(),
+                dot.clone(),
+                made(9, |i| {
+                    [
+                        (i % 3) as f64 * 0.3 - 0.3,
+                        (i / 3) as f64 * 0.3 - 0.3,
+                        (i % 3) as f64 * 0.3 - 0.3,
+                        (i / 3) as f64 * 0.3 - 0.3,
+                    ]
+                }),
+            ),
+            Refused(&["degenerate-geometry"]),
+        ),
+        row(
+            "1×1 onto a photo",
+            flat(dot.clone(), base.reference.clone(), base.matches.clone()),
+            Refused(&["too-few-matches", "degenerate-geometry"]),
+        ),
+        row(
+            "a photo onto 1×1",
+            flat(base.target.clone(), dot, base.matches.clone()),
+            Refused(&["too-few-matches", "degenerate-geometry"]),
+        ),
+        row(
+            "one column",
+            flat(narrow.clone(), narrow, made(60, |i| [0.0, i as f64, 0.0, i as f64])),
+            Refused(&["degenerate-geometry"]),
+        ),
+    ]);
+}
+
+#[test]
+fn options_out_of_range() {
+    let photos = gallery();
+    type Change = fn(&mut Options);
+    let changes: [(&'static str, Change, &'static str); 21] = [
+        ("threshold 0", |o| o.estimate.threshold = Threshold::Pixels(0.0), "invalid-argument"),
+        ("threshold NaN", |o| o.estimate.threshold = Threshold::Pixels(f64::NAN), "invalid-argument"),
+        ("threshold infinite", |o| o.estimate.threshold = Threshold::Pixels(f64::INFINITY), "invalid-argument"),
+        ("normalised threshold negative", |o| o.estimate.threshold = Threshold::Normalised(-0.1), "invalid-argument"),
+        ("confidence 0", |o| o.estimate.confidence = 0.0, "invalid-argument"),
+        ("confidence 1", |o| o.estimate.confidence = 1.0, "invalid-argument"),
+        ("confidence NaN", |o| o.estimate.confidence = f64::NAN, "invalid-argument"),
+        ("no trials", |o| o.estimate.max_trials = 0, "invalid-argument"),
+        ("void distance 0", |o| o.warp.void_distance = 0.0, "invalid-argument"),
+        ("void distance NaN", |o| o.warp.void_distance = f64::NAN, "invalid-argument"),
+        ("stretch limit negative", |o| o.warp.stretch_limit = -2.0, "invalid-argument"),
+        ("stretch limit infinite", |o| o.warp.stretch_limit = f64::INFINITY, "invalid-argument"),
+        ("canvas limit negative", |o| o.warp.canvas_limit = -0.1, "invalid-argument"),
+        ("canvas limit NaN", |o| o.warp.canvas_limit = f64::NAN, "invalid-argument"),
+        ("canvas limit infinite", |o| o.warp.canvas_limit = f64::INFINITY, "invalid-argument"),
+        ("fill radius 0", |o| o.fill.as_mut().unwrap().radius = 0, "invalid-argument"),
+        ("fill radius 65", |o| o.fill.as_mut().unwrap().radius = 65, "invalid-argument"),
+        ("fill radius huge", |o| o.fill.as_mut().unwrap().radius = u32::MAX, "invalid-argument"),
+        ("no memory", |o| o.warp.max_bytes = 0, "too-large"),
+        ("little memory", |o| o.warp.max_bytes = 100_000, "too-large"),
+        ("a grid of one column", |o| o.warp.grid = (1, 0), ""),
+    ];
+    for (name, change, code) in changes {
+        let mut options = Options::default();
+        change(&mut options);
+        let result = stitch(&photos.matches, photos.target(), photos.reference(), &options, &mut ());
+        assert_eq!(result.err().map_or("", |error| error.code()), code, "{name}");
+    }
+}
+
+#[test]
+fn buffers_whose_length_does_not_fit() {
+    fn code<T>(result: Result<T>) -> &'static str {
+        result.err().map_or("", |error| error.code())
+    }
+    let photo = |len: usize, width: usize, height: usize| code(ImageView::new("target", &vec![0; len], width, height));
+    let map = |len: usize, size: (usize, usize)| {
+        code(InverseDepth::new("targetDepth", &vec![1.0; len], size, DepthKind::Metric, None, (3, 2)))
+    };
+    assert_eq!(photo(24, 3, 2), "");
+    for len in [0, 23, 25, 6, 48] {
+        assert_eq!(photo(len, 3, 2), "size-mismatch", "{len}");
+    }
+    assert_eq!(photo(24, usize::MAX, usize::MAX), "size-mismatch");
+    assert_eq!(photo(0, 1 << (usize::BITS / 2), 1 << (usize::BITS / 2)), "size-mismatch");
+    for (width, height) in [(0, 2), (3, 0), (0, 0)] {
+        assert_eq!(photo(0, width, height), "invalid-argument");
+        assert_eq!(map(0, (width, height)), "invalid-argument");
+    }
+    assert_eq!(map(6, (3, 2)), "");
+    assert_eq!(map(1, (1, 1)), "");
+    for len in [0, 5, 7, 24] {
+        assert_eq!(map(len, (3, 2)), "size-mismatch", "{len}");
+    }
+    assert_eq!(map(6, (usize::MAX, usize::MAX)), "size-mismatch");
+}

@@ -1,0 +1,76 @@
+// Native code and wasm give the same bytes: every pixel, every flag and every bit of both models.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync } from "node:fs";
+import { mkdir, writeFile } from "node:fs/promises";
+import { join } from "node:path";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { stitch } from "depthstitch";
+import { loadCase } from "../../dist/cases/case.js";
+
+const root = fileURLToPath(new URL("../../", import.meta.url));
+const data = process.env.DEPTHSTITCH_DATA ?? join(root, "..", "shared", "data");
+
+for (const folder of [join(root, "target", "sample-small"), join(data, "nis-PTS_17")]) {
+  const missing = !existsSync(join(folder, "case.json"));
+  const skip = missing && `no ${folder} (set DEPTHSTITCH_DATA)`;
+  test(`${folder.split(/[\\/]/).at(-1)}: native and wasm agree to the byte`, { skip }, async () => {
+    const pair = await loadCase(folder);
+    const { target, reference, matches, targetDepth, referenceDepth } = pair;
+    assert.ok(targetDepth && referenceDepth);
+    const inputs = { target, reference, targetDepth, referenceDepth };
+
+    const dump = join(root, "target", "identity", pair.name);
+    await mkdir(dump, { recursive: true });
+    // Without the arrays.
+    const sizes = JSON.stringify(inputs, (key, value) => (key === "data" ? undefined : value));
+    await Promise.all([
+      writeFile(join(dump, "sizes.json"), sizes),
+      writeFile(join(dump, "matches"), matches),
+      ...Object.entries(inputs).map(([name, { data }]) => writeFile(join(dump, name), data)),
+    ]);
+    const command = ["run", "--quiet", "--release", "--example", "stitch-hash", "--", dump];
+    const native = JSON.parse(execFileSync("cargo", command, { cwd: root, encoding: "utf8" }));
+
+    const found = await stitch(target, reference, { matches, targetDepth, referenceDepth });
+    const { quality } = found;
+    assert.equal(found.report.model, "depth");
+    assert.deepEqual(native, {
+      mosaic: fnv(found.mosaic.data),
+      voidMask: fnv(found.voidMask.data),
+      warped: fnv(found.warped.data),
+      footprint: fnv(found.footprint.data),
+      inliers: fnv(found.inliers),
+      forward: fnv(Float64Array.of(...found.forward.h, ...found.forward.e)),
+      reverse: fnv(Float64Array.of(...found.reverse.h, ...found.reverse.e)),
+      quality: fnv(
+        Float64Array.of(
+          quality.psnrBbox,
+          quality.ssimBbox,
+          quality.psnrMask,
+          quality.ssimMask,
+          quality.coverage,
+        ),
+      ),
+    });
+  });
+}
+
+/**
+ * FNV-1a, 64 bit, in two halves of 32: BigInt takes seconds for a mosaic.
+ *
+ * @param {ArrayBufferView} view
+ */
+function fnv(view) {
+  const bytes = new Uint8Array(view.buffer, view.byteOffset, view.byteLength);
+  let [high, low] = [0xcbf29ce4, 0x84222325];
+  for (const byte of bytes) {
+    low = (low ^ byte) >>> 0;
+    // Times 2⁴⁰ + 0x1b3, modulo 2⁶⁴.
+    const product = low * 0x1b3;
+    high = (Math.imul(high, 0x1b3) + (low << 8) + Math.floor(product / 2 ** 32)) >>> 0;
+    low = product >>> 0;
+  }
+  return [high, low].map((half) => half.toString(16).padStart(8, "0")).join("");
+}

@@ -1,0 +1,203 @@
+//! The whole way on a rendered scene, of which everything is known.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::geometry::{Match, Model, ModelKind};
+use depthstitch::pipeline::{Options, Stitched, stitch};
+use scene::{MatchOptions, Pair, Photos, Scene};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (240, 160);
+const EXACT: MatchOptions = MatchOptions { count: 300, sigma: 0.0, outliers: 0.0, seed: 1 };
+/// As a good detector finds them.
+const NOISY: MatchOptions = MatchOptions { count: 300, sigma: 0.3, outliers: 0.1, seed: 1 };
+
+fn render(scene: &Scene) -> Pair<'_> {
+    scene.render(SIZE.0, SIZE.1)
+}
+
+fn run(photos: &Photos, options: &Options) -> Stitched {
+    stitch(&photos.matches, photos.target(), photos.reference(), options, &mut ()).unwrap()
+}
+
+fn codes(found: &Stitched) -> Vec<&'static str> {
+    found.warnings.iter().map(|warning| warning.code()).collect()
+}
+
+fn inside([x, y]: [f64; 2], margin: f64) -> bool {
+    let (w, h) = (SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0);
+    x >= margin && y >= margin && x <= w - margin && y <= h - margin
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Median distance between a model's map and the true one over the target: within the reference's frame, and outside.
+fn map_error(model: &Model, pair: &Pair<'_>) -> [f64; 2] {
+    let (mut within, mut beyond) = (Vec::new(), Vec::new());
+    for (i, place) in pair.map().into_iter().enumerate() {
+        let Some([u, v]) = place else { continue };
+        let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
+        let [a, b] = model.project(x, y, 1.0 / pair.target.depth[i]).unwrap();
+        let error = ((a - u) * (a - u) + (b - v) * (b - v)).sqrt();
+        if inside([u, v], 0.0) { within.push(error) } else { beyond.push(error) }
+    }
+    assert!(within.len() > 5000 && beyond.len() > 1000, "{} pixels within, {} beyond", within.len(), beyond.len());
+    [median(within), median(beyond)]
+}
+
+/// Largest difference of red, green or blue.
+fn colour_error(a: [u8; 4], b: [u8; 4]) -> u8 {
+    (0..3).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0)
+}
+
+#[test]
+fn exact_matches_give_the_true_map_back() {
+    let scene = scene::gallery();
+    let pair = render(&scene);
+    let found = run(&Photos::of(&pair, &EXACT), &Options::default());
+    assert_eq!(found.geometry.kind, ModelKind::Depth);
+    assert_eq!(codes(&found), [""; 0]);
+    assert!(found.geometry.inliers.iter().all(|inlier| *inlier));
+    for error in map_error(&found.geometry.forward, &pair) {
+        assert!(error < 1e-3, "{error} px");
+    }
+    // Matches lie between the reference's pixels, where its depth is interpolated.
+    let [forward, reverse] = found.geometry.residual;
+    assert!(forward < 1e-3 && reverse < 0.05, "{forward} px forward, {reverse} px reverse");
+}
+
+#[test]
+fn noise_and_outliers_leave_the_map_right_within_and_beyond_the_overlap() {
+    let scene = scene::gallery();
+    let pair = render(&scene);
+    for seed in 1..=5 {
+        let sampled = pair.matches(&MatchOptions { seed, ..NOISY });
+        let photos = Photos { matches: sampled.matches, ..Photos::of(&pair, &NOISY) };
+        let found = run(&photos, &Options::default());
+        assert_eq!(codes(&found), [""; 0], "seed {seed}");
+        let [within, beyond] = map_error(&found.geometry.forward, &pair);
+        assert!(within < 0.15 && beyond < 0.5, "seed {seed}: {within} px within, {beyond} px beyond");
+        let wrong = found.geometry.inliers.iter().zip(&sampled.inliers).filter(|(found, truth)| found != truth).count();
+        assert!(wrong <= 6, "seed {seed}: {wrong} flags of {} are wrong", sampled.inliers.len());
+    }
+}
+
+/// What the target did not see stays empty, what it saw is drawn.
+#[test]
+fn voids_are_where_the_target_did_not_see() {
+    let scene = scene::gallery();
+    let pair = render(&scene);
+    let found = run(&Photos::of(&pair, &NOISY), &Options::default());
+    let (canvas, (left, top)) = (found.warped.image.view(), found.warped.offset);
+    let (mut hits, mut hidden, mut void, mut seen, mut total) = (0, 0, 0, 0, 0);
+    let places = pair.reverse_map();
+    for (i, visible) in pair.visible_in_target().into_iter().enumerate() {
+        total += 1;
+        // Within the target's frame: beyond it nothing is drawn anyway, which would flatter.
+        if !places[i].is_some_and(|place| inside(place, 1.0)) {
+            continue;
+        }
+        let empty = canvas.pixel(left + i % SIZE.0, top + i / SIZE.0)[3] == 0;
+        hits += usize::from(empty && !visible);
+        void += usize::from(empty);
+        hidden += usize::from(!visible);
+        seen += usize::from(visible);
+    }
+    let (precision, recall) = (hits as f64 / void as f64, hits as f64 / hidden as f64);
+    println!("{hidden} hidden pixels, {void} voids: precision {precision:.3}, recall {recall:.3}");
+    assert!(hidden > 500, "{hidden}");
+    assert!(precision > 0.8 && recall > 0.7, "precision {precision}, recall {recall}");
+    let expected = seen as f64 / total as f64;
+    assert!((found.quality.coverage - expected).abs() < 0.04, "coverage {}, not {expected}", found.quality.coverage);
+}
+
+/// Reference alone: its very bytes. Both: the average, alike. Target alone: the target's colour at its true place.
+#[test]
+fn mosaic_pixels_are_right() {
+    let scene = scene::gallery();
+    let pair = render(&scene);
+    let photos = Photos::of(&pair, &NOISY);
+    let found = run(&photos, &Options::default());
+    let (left, top) = found.warped.offset;
+    let (mosaic, warped) = (found.mosaic.image.view(), found.warped.image.view());
+    let mut overlap = Vec::new();
+    for y in 0..SIZE.1 {
+        for x in 0..SIZE.0 {
+            let [got, ours, theirs] =
+                [mosaic.pixel(left + x, top + y), warped.pixel(left + x, top + y), photos.reference.view().pixel(x, y)];
+            if ours[3] == 0 {
+                assert_eq!(got, theirs, "({x}, {y})");
+            } else {
+                let mean = [0, 1, 2].map(|c| (u16::from(ours[c]) + u16::from(theirs[c])).div_ceil(2) as u8);
+                assert_eq!(got, [mean[0], mean[1], mean[2], 255], "({x}, {y})");
+                overlap.push(f64::from(colour_error(ours, theirs)));
+            }
+        }
+    }
+    let mut alone = Vec::new();
+    for (i, place) in pair.map().into_iter().enumerate() {
+        let Some([u, v]) = place.filter(|place| !inside(*place, -2.0)) else { continue };
+        let (x, y) = ((u + left as f64).round(), (v + top as f64).round());
+        if x < 0.0 || y < 0.0 || x >= mosaic.width() as f64 || y >= mosaic.height() as f64 {
+            continue;
+        }
+        let got = mosaic.pixel(x as usize, y as usize);
+        let expected = photos.target.view().pixel(i % SIZE.0, i / SIZE.0);
+        alone.push(if got[3] == 0 { 255.0 } else { f64::from(colour_error(got, expected)) });
+    }
+    assert!(overlap.len() > 10_000 && alone.len() > 1000, "{} and {} pixels", overlap.len(), alone.len());
+    let (overlap, alone) = (median(overlap), median(alone));
+    assert!(overlap <= 8.0 && alone <= 20.0, "median colour errors {overlap} and {alone}");
+    let left_empty = found.mosaic.voids.data.iter().zip(mosaic.pixels()).filter(|(v, p)| **v != 0 && p[3] == 0).count();
+    assert!(10 * left_empty < found.mosaic.voids.count().max(1), "{left_empty} voids are not filled");
+}
+
+#[test]
+fn depth_maps_of_another_scale_and_shift_change_nothing() {
+    let scene = scene::gallery();
+    let pair = render(&scene);
+    let photos = Photos::of(&pair, &NOISY);
+    let affine = |view: &scene::View, scale: f32, shift: f32| {
+        let raw: Vec<f32> = view.inverse_depth().iter().map(|d| scale * d + shift).collect();
+        depthstitch::InverseDepth::new("depth", &raw, SIZE, depthstitch::image::DepthKind::Inverse, None, SIZE).ok()
+    };
+    let relative = Photos {
+        target_depth: affine(&pair.target, 200.0, 7.0),
+        reference_depth: affine(&pair.reference, 31.0, -2.0),
+        ..photos.clone()
+    };
+    let (metric, relative) = (run(&photos, &Options::default()), run(&relative, &Options::default()));
+    assert_eq!(metric.geometry.inliers, relative.geometry.inliers);
+    let difference = metric.quality.psnr_mask - relative.quality.psnr_mask;
+    assert!(difference.abs() < 0.2, "{difference} dB");
+}
+
+#[test]
+fn depth_beats_a_homography() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    let flat = run(&Photos { target_depth: None, reference_depth: None, ..photos.clone() }, &Options::default());
+    let deep = run(&photos, &Options::default());
+    assert_eq!(flat.geometry.kind, ModelKind::Homography);
+    assert!(
+        deep.quality.ssim_mask > flat.quality.ssim_mask + 0.1,
+        "{} {}",
+        deep.quality.ssim_mask,
+        flat.quality.ssim_mask
+    );
+}
+
+#[test]
+fn the_same_seed_gives_the_same_result_whatever_the_order_of_calls() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    let first = run(&photos, &Options::default());
+    let reversed: Vec<Match> = photos.matches.iter().rev().copied().collect();
+    run(&Photos { matches: reversed, ..photos.clone() }, &Options::default());
+    assert_eq!(run(&photos, &Options::default()), first);
+}
