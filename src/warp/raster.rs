@@ -175,10 +175,9 @@ impl CellGroup {
         // on a side belongs to the cell by the top-left rule, or where no cell lies beyond: it gets 1 on top, as a
         // comparison that holds is −1.
         let mut least = [i32x4::splat(i32::MAX); 4];
-        for k in 0..4 {
-            let [dx, dy] = self.sides[k];
-            let owns = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | outer[k];
-            let edge = dx * (origin[1] - self.corners[k][1]) - dy * (origin[0] - self.corners[k][0]) - owns;
+        for ((&[dx, dy], [x, y]), outer) in self.sides.iter().zip(self.corners).zip(outer) {
+            let owns = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | outer;
+            let edge = dx * (origin[1] - y) - dy * (origin[0] - x) - owns;
             let (right, down) = (dy << SUBPIXEL_BITS as i32, dx << SUBPIXEL_BITS as i32);
             least[0] = least[0].min(edge);
             least[1] = least[1].min(edge - right);
