@@ -64,7 +64,12 @@ export async function stitch(
   return call("stitch", [...images, inputs, settings], options);
 }
 
-/** Fits both models to the matches. Needs no pixels. */
+/**
+ * Fits both models to the matches. Needs no pixels.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
+ * `too-large`, `out-of-memory`, `aborted`.
+ */
 export async function estimate(
   inputs: EstimateInputs,
   options: EstimateOptions = {},
@@ -72,7 +77,11 @@ export async function estimate(
   return call("estimate", [check.estimateInputs(inputs), check.settings(options)], options);
 }
 
-/** Draws the target as the reference's camera would see it. */
+/**
+ * Draws the target as the reference's camera would see it.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
+ */
 export async function warp(
   target: ImageInput,
   reference: ImageInput,
@@ -85,7 +94,11 @@ export async function warp(
   return call("warp", [...images, ...inputs, settings], options);
 }
 
-/** Puts warped target and reference together: the average where both are valid. */
+/**
+ * Puts warped target and reference together: the average where both are valid, the valid one elsewhere.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
+ */
 export async function blend(
   warped: Warped,
   reference: ImageInput,
@@ -94,7 +107,11 @@ export async function blend(
   return call("blend", [check.warped(warped), check.image("reference", reference)], options);
 }
 
-/** Fills the mosaic's inner voids from their borders. */
+/**
+ * Fills the mosaic's inner voids from their borders. The option `fill` plays no part: to call is to ask for it.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
+ */
 export async function fill(
   mosaic: ImageInput,
   voidMask: Mask,
@@ -104,7 +121,11 @@ export async function fill(
   return call("fill", [...images, check.settings(options)], options);
 }
 
-/** Compares warped target and reference where they overlap. */
+/**
+ * Compares warped target and reference where they overlap.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `out-of-memory`, `aborted`.
+ */
 export async function measure(
   warped: Warped,
   reference: ImageInput,

@@ -41,7 +41,10 @@ export interface CallOptions {
    * looked at before the work and whenever progress is reported.
    */
   signal?: AbortSignal | undefined;
-  /** Whether to work in a worker thread (the default) or on the calling one. */
+  /**
+   * Whether to work in a worker thread (the default) or on the calling one, which then reads the inputs where they are:
+   * they must not change until the call is done.
+   */
   worker?: boolean | undefined;
   /**
    * Whether the worker may take the inputs' buffers instead of copying them (default `false`). The caller's arrays are

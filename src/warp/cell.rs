@@ -1,9 +1,7 @@
 //! A warped cell of any size and shape: which canvas pixels it covers, and where in the cell each of them lies
 //! (paper, section 3.2.1).
 
-use super::grid::{Point, SUBPIXEL_BITS};
-
-const PIXEL: i32 = 1 << SUBPIXEL_BITS;
+use super::grid::{PIXEL, Point, SUBPIXEL_BITS};
 
 /// A cell that is not wholly turned over: the back of a fold is never a visible surface.
 pub(super) struct Cell {
@@ -20,8 +18,7 @@ enum Shape {
 }
 
 /// First and last pixel whose centre lies in the bounding box of a cell along one axis; empty when first > last.
-#[inline(always)]
-pub(super) fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
+fn pixel_range(corners: &[Point; 4], axis: usize) -> (i32, i32) {
     let [a, b, c, d] = [corners[0][axis], corners[1][axis], corners[2][axis], corners[3][axis]];
     let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     ((min + (PIXEL - 1)) >> SUBPIXEL_BITS, max >> SUBPIXEL_BITS)
@@ -95,14 +92,12 @@ impl Cell {
     }
 }
 
-#[inline(always)]
 fn cross(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// Solves p = a + u·(b−a) + v·(d−a) + u·v·(a−b+c−d) for the pixel p = (x, y) inside a convex cell.
-#[inline(always)]
-pub(super) fn inverse_bilinear(&[a, b, c, d]: &[Point; 4], x: i32, y: i32) -> [f32; 2] {
+fn inverse_bilinear(&[a, b, c, d]: &[Point; 4], x: i32, y: i32) -> [f32; 2] {
     let to = |q: Point| [(q[0] - a[0]) as f32, (q[1] - a[1]) as f32];
     let (e, f, h, diagonal) = (to(b), to(d), to([x << SUBPIXEL_BITS, y << SUBPIXEL_BITS]), to(c));
     let g = [diagonal[0] - e[0] - f[0], diagonal[1] - e[1] - f[1]];

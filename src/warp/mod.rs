@@ -8,6 +8,7 @@ mod holes;
 mod raster;
 mod render;
 mod sample;
+mod sides;
 
 pub(crate) use canvas::check_budget;
 

@@ -1,9 +1,10 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
-use super::grid::{Point, VertexGrid, sides};
-use super::raster::Rasteriser;
+use super::grid::VertexGrid;
+use super::raster::{BATCH, Covered, draw_row};
 use super::sample::Tap;
+use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
 use crate::image::zeroed;
@@ -29,47 +30,45 @@ pub(super) fn render(
     footprint: &mut Mask,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let mut painter = Painter::new(scene, grid, canvas, image, footprint)?;
-    let (columns, rows) = (grid.xs.len().saturating_sub(1), grid.ys.len().saturating_sub(1));
-    let mut rasteriser = Rasteriser::new(columns)?;
+    let mut painter = Painter::new(scene, canvas, image, footprint)?;
+    let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
+    let ([columns, rows], [dx, dy]) = (grid.cells, grid.step);
+    let mut buffer = [Covered::default(); BATCH];
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
-        let (y0, dy) = (grid.ys[j], grid.ys[j + 1] - grid.ys[j]);
-        rasteriser.draw_row(above, below, j + 1 == rows, |i, corners, x, y, u, v| {
-            let (x0, dx) = (grid.xs[i], grid.xs[i + 1] - grid.xs[i]);
-            painter.offer(x, y, [x0 + f64::from(u) * dx, y0 + f64::from(v) * dy], corners);
+        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut buffer, |pixels| {
+            for pixel in pixels {
+                let s = [f64::from(pixel.column) + f64::from(pixel.u), j as f64 + f64::from(pixel.v)];
+                painter.offer(pixel, [s[0] * dx, s[1] * dy]);
+            }
         });
     }
+    painter.finish();
     Ok(())
 }
+
+const COVERED: u8 = 1;
+const TAKEN: u8 = 255;
 
 /// Decides which candidates become pixels.
 struct Painter<'a> {
     scene: &'a Scene<'a>,
     canvas: &'a Canvas,
     pixels: &'a mut [[u8; 4]],
-    footprint: &'a mut [u8],
-    /// Smallest wins: squared photometric error inside the reference, minus inverse depth outside. Empty without
-    /// selection.
-    keys: Vec<f32>,
+    /// [`COVERED`] where a candidate was offered, [`TAKEN`] where one was accepted. Ends as the footprint.
+    state: &'a mut [u8],
+    /// Inverse depth of the accepted candidate, outside the reference. Empty without selection.
+    nearness: Vec<f32>,
     recover: bool,
     select: bool,
     /// β², in squared pixels of the target.
     beta2: f64,
-    /// Longest horizontal and vertical side of a cell that is no void.
-    longest: [f32; 2],
 }
 
 impl<'a> Painter<'a> {
-    fn new(
-        scene: &'a Scene<'a>,
-        grid: &VertexGrid,
-        canvas: &'a Canvas,
-        image: &'a mut Image,
-        footprint: &'a mut Mask,
-    ) -> Result<Self> {
+    fn new(scene: &'a Scene<'a>, canvas: &'a Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
         let options = scene.options;
         let recover = options.mode != WarpMode::Backward;
         let select = options.mode == WarpMode::Optimal;
@@ -78,24 +77,27 @@ impl<'a> Painter<'a> {
             scene,
             canvas,
             pixels: image.data.as_chunks_mut().0,
-            footprint: &mut footprint.data,
-            keys: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
+            state: &mut footprint.data,
+            nearness: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
             recover,
             select,
             beta2: options.void_distance * options.void_distance * (w * w + h * h),
-            longest: grid.mean_sides().map(|side| (side * options.stretch_limit) as f32),
         })
     }
 
-    /// Offers target position `s` for reference pixel (x, y), from the cell with the given corners.
+    /// Offers target position `s` for a covered pixel.
     #[inline(always)]
-    fn offer(&mut self, x: i32, y: i32, s: [f64; 2], corners: &[Point; 4]) {
+    fn offer(&mut self, pixel: &Covered, s: [f64; 2]) {
+        let (x, y) = (pixel.x, pixel.y);
         let (offset_x, offset_y) = self.canvas.offset;
         let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
-        self.footprint[at] = 255;
-        let taken = self.pixels[at][3] != 0;
+        let state = &mut self.state[at];
+        let taken = *state == TAKEN;
         if taken && !self.select {
             return;
+        }
+        if !taken {
+            *state = COVERED;
         }
         let scene = self.scene;
         let (width, height) = (scene.reference.width(), scene.reference.height());
@@ -103,24 +105,34 @@ impl<'a> Painter<'a> {
         let (rx, ry) = (x as u32 as usize, y as u32 as usize);
         let inside = rx < width && ry < height;
         let index = if inside { ry * width + rx } else { 0 };
-        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !self.stretched(corners) };
+        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !pixel.stretched };
         if !kept {
             return;
         }
         let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
         let colour = tap.colour(&scene.target);
-        if self.select {
-            let key = match (inside, scene.target_depth) {
-                (true, _) => photometric_error(scene.reference.pixels()[index], colour),
-                (false, Some(depth)) => -tap.value(depth.data()),
-                (false, None) => 0.0,
-            };
-            if taken && key >= self.keys[at] {
+        if inside {
+            // The one already there is compared by its own pixel, so that no errors need to be kept.
+            let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
+            if taken && error(colour) >= error(self.pixels[at]) {
                 return;
             }
-            self.keys[at] = key;
+        } else if let Some(depth) = scene.target_depth.filter(|_| self.select) {
+            let nearness = tap.nearest(depth.data());
+            if taken && nearness <= self.nearness[at] {
+                return;
+            }
+            self.nearness[at] = nearness;
+        } else if taken {
+            return;
         }
+        self.state[at] = TAKEN;
         self.pixels[at] = [colour[0], colour[1], colour[2], 255];
+    }
+
+    /// Turns the states into the footprint.
+    fn finish(self) {
+        self.state.iter_mut().for_each(|state| *state = if *state == 0 { 0 } else { 255 });
     }
 
     /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by
@@ -132,19 +144,11 @@ impl<'a> Painter<'a> {
         let (x, y) = (u - s[0] * w, v - s[1] * w);
         w > 0.0 && x * x + y * y < self.beta2 * w * w
     }
-
-    /// Outside the reference a cell is void when its mean horizontal or vertical side is too long. (The paper's text
-    /// and the authors' program agree on "or"; its algorithm 2 says the opposite.)
-    #[inline(always)]
-    fn stretched(&self, corners: &[Point; 4]) -> bool {
-        let [h, v] = sides(*corners);
-        h > self.longest[0] || v > self.longest[1]
-    }
 }
 
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
-fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> f32 {
+fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> i32 {
     let [r, g, b] = [0, 1, 2].map(|k| i32::from(colour[k]) - i32::from(reference[k]));
-    (r * r + g * g + b * b) as f32
+    r * r + g * g + b * b
 }

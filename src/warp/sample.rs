@@ -55,14 +55,12 @@ impl Tap {
         [both as u8, (both >> 8) as u8, (both >> 32) as u8, (both >> 40) as u8]
     }
 
-    /// A value of a map of the same size.
+    /// The value of a map of the same size at the nearest pixel.
     #[inline(always)]
-    pub fn value(&self, map: &[f32]) -> f32 {
-        let below = self.index + self.down;
-        let [a, b, c, d] = [self.index, self.index + self.right, below, below + self.right].map(|at| map[at]);
-        let (fx, fy) = (self.fx as f32 / 256.0, self.fy as f32 / 256.0);
-        let (top, bottom) = (a + fx * (b - a), c + fx * (d - c));
-        top + fy * (bottom - top)
+    pub fn nearest(&self, map: &[f32]) -> f32 {
+        let right = if self.fx > 128 { self.right } else { 0 };
+        let down = if self.fy > 128 { self.down } else { 0 };
+        map[self.index + right + down]
     }
 }
 

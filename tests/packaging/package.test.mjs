@@ -175,7 +175,6 @@ test("so does Vite's development server", async () => {
     configFile: false,
     logLevel: "warn",
     server: { port: 0, fs: { allow: [consumer] } },
-    optimizeDeps: { exclude: ["depthstitch"] },
   });
   try {
     await server.listen();

@@ -1,0 +1,61 @@
+//! Lengths of the warped cells' sides: what tells a void outside the reference (paper, section 3.2.2).
+
+use wide::{CmpEq, CmpGt, f32x4, i32x4};
+
+use super::grid::{INVALID, PIXEL, VertexGrid};
+use super::raster::LANES;
+
+/// How long a cell's sides may be. (The paper's text and the authors' program agree that either one makes a void; its
+/// algorithm 2 asks for both.)
+pub(super) struct StretchLimit {
+    /// Longest mean horizontal and mean vertical side, in fixed point.
+    longest: [f32; 2],
+}
+
+impl StretchLimit {
+    /// `factor` times the average over all valid cells.
+    pub fn new(grid: &VertexGrid, factor: f64) -> Self {
+        Self { longest: average(grid).map(|side| (side * factor) as f32) }
+    }
+
+    /// Which of four cells are voids, one to a bit. Corners in turn from the top left.
+    #[inline(always)]
+    pub fn exceeded(&self, &[a, b, c, d]: &[[i32x4; 2]; 4]) -> i32 {
+        let [top, right, bottom, left] = [square(a, b), square(b, c), square(d, c), square(a, d)];
+        let [h, v] = self.longest.map(f32x4::splat);
+        // Nearly all cells pass without a root.
+        if (top.fast_max(bottom).cmp_gt(h * h) | left.fast_max(right).cmp_gt(v * v)).move_mask() == 0 {
+            return 0;
+        }
+        let mean = |a: f32x4, b: f32x4| f32x4::splat(0.5) * (a.sqrt() + b.sqrt());
+        (mean(top, bottom).cmp_gt(h) | mean(left, right).cmp_gt(v)).move_mask()
+    }
+}
+
+/// Squared distances.
+#[inline(always)]
+fn square(p: [i32x4; 2], q: [i32x4; 2]) -> f32x4 {
+    let (x, y) = (f32x4::from_i32x4(q[0] - p[0]), f32x4::from_i32x4(q[1] - p[1]));
+    x * x + y * y
+}
+
+/// Mean horizontal and mean vertical side over all valid cells, in fixed point.
+fn average(grid: &VertexGrid) -> [f64; 2] {
+    let (mut sum, mut cells) = ([0.0; 2], 0u64);
+    for (above, below) in grid.cell_rows() {
+        let mut row = [f32x4::splat(0.0); 2];
+        for first in (0..grid.cells[0]).step_by(LANES) {
+            let [a, b, c, d] = [above.lanes(first), above.lanes(first + 1), below.lanes(first + 1), below.lanes(first)];
+            let length = |p, q| square(p, q).sqrt();
+            let invalid = a[0].min(b[0]).min(c[0].min(d[0])).cmp_eq(i32x4::splat(INVALID));
+            let keep: f32x4 = bytemuck::cast(!invalid);
+            row[0] += (length(a, b) + length(d, c)) & keep;
+            row[1] += (length(a, d) + length(b, c)) & keep;
+            cells += u64::from((!invalid).move_mask().count_ones());
+        }
+        for (sum, row) in sum.iter_mut().zip(row) {
+            *sum += row.to_array().iter().map(|&side| 0.5 * f64::from(side)).sum::<f64>();
+        }
+    }
+    sum.map(|sum| if cells == 0 { f64::from(PIXEL) } else { sum / cells as f64 })
+}
