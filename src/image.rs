@@ -136,7 +136,8 @@ impl InverseDepth {
             }
             match kind {
                 DepthKind::Inverse => v,
-                DepthKind::Metric if v > 0.0 => 1.0 / v,
+                // The reciprocal of a subnormal is infinite.
+                DepthKind::Metric if v >= f32::MIN_POSITIVE => 1.0 / v,
                 DepthKind::Metric => f32::NAN,
             }
         };
