@@ -52,12 +52,14 @@ impl VertexGrid {
         reserve(&mut py, stride * (rows + 1))?;
         let mut clipped = false;
         let mut depths: Vec<f32> = zeroed(columns + 1)?;
+        let (mut row_x, mut row_y) = (vec![INVALID; stride], vec![INVALID; stride]);
         for j in 0..=rows {
             let y = j as f64 * dy;
             sample_row(depth, dx, y, &mut depths);
-            let row = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
-            let ([u, v, w], at) = ([row(0), row(1), row(2)], |(h, c, e): (f64, f64, f64), x, d| h * x + c + e * d);
-            for (i, &d) in depths.iter().enumerate() {
+            let coefficients = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
+            let [u, v, w] = [0, 1, 2].map(coefficients);
+            let at = |(h, c, e): (f64, f64, f64), x: f64, d: f64| h * x + c + e * d;
+            for (i, ((&d, row_x), row_y)) in depths.iter().zip(&mut row_x).zip(&mut row_y).enumerate() {
                 let (x, d) = (i as f64 * dx, f64::from(d));
                 let scale = 1.0 / at(w, x, d);
                 let (mapped_x, mapped_y) = (at(u, x, d) * scale, at(v, x, d) * scale);
@@ -65,11 +67,11 @@ impl VertexGrid {
                 let in_front = scale > 0.0;
                 let visible = in_front && limits.contains(mapped_x, mapped_y);
                 clipped |= in_front && !visible;
-                px.push(if visible { fixed(mapped_x) } else { INVALID });
-                py.push(if visible { fixed(mapped_y) } else { INVALID });
+                *row_x = if visible { fixed(mapped_x) } else { INVALID };
+                *row_y = if visible { fixed(mapped_y) } else { INVALID };
             }
-            px.resize((j + 1) * stride, INVALID);
-            py.resize((j + 1) * stride, INVALID);
+            px.extend_from_slice(&row_x);
+            py.extend_from_slice(&row_y);
         }
         let bounds = bounds(&px, &py)?;
         Ok(Self { cells: [columns, rows], step: [dx, dy], x: px, y: py, stride, bounds, clipped })
