@@ -1,6 +1,7 @@
 //! Whether the matches show parallax at all.
 
 use super::points::{Points, Projection};
+use super::statistics::sort;
 
 /// Error of the best localised matches, in pixels: what is smaller is rounding.
 const FINEST: f64 = 0.01;
@@ -19,13 +20,13 @@ pub(super) fn observable(points: &Points, inliers: &[bool], depth: &Projection, 
     if n == 0 {
         return false;
     }
-    chosen.sort_by(f64::total_cmp);
+    sort(&mut chosen);
     let equations = 2.0 * n as f64;
     let freedom = equations / (equations - 11.0).max(1.0);
     let variance = (chosen[n / 2] / (1.177 * 1.177) * freedom).max(FINEST * FINEST * scale * scale);
     let share = |e: f64| (e / variance).min(CAP);
     let mut gains: Vec<f64> = with_depth.iter().zip(points.errors(flat)).map(|(d, h)| share(h) - share(*d)).collect();
-    gains.sort_by(f64::total_cmp);
+    sort(&mut gains);
     gains.truncate(gains.len().saturating_sub(2));
     gains.iter().sum::<f64>() > 3.0 * libm::log(equations)
 }
