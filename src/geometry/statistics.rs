@@ -1,15 +1,31 @@
 //! Order statistics, and whether a consensus is more than chance.
 
-/// Sorts numbers. The one place that does: every further instantiation of the standard library's sort is kilobytes.
+/// The upper median; `None` of no values. By Hoare's selection: an instantiation of the standard library's sort would be
+/// several kilobytes of wasm.
 #[inline(never)]
-pub(super) fn sort(values: &mut [f64]) {
-    values.sort_unstable_by(f64::total_cmp);
-}
-
-/// The upper median; `None` of no values.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    sort(&mut values);
-    values.get(values.len() / 2).copied()
+    let middle = values.len() / 2;
+    let (mut low, mut high) = (0, values.len().checked_sub(1)?);
+    while low < high {
+        let pivot = values[low + (high - low) / 2];
+        let (mut i, mut j) = (low, high);
+        loop {
+            while values[i].total_cmp(&pivot).is_lt() {
+                i += 1;
+            }
+            while values[j].total_cmp(&pivot).is_gt() {
+                j -= 1;
+            }
+            if i >= j {
+                break;
+            }
+            values.swap(i, j);
+            (i, j) = (i + 1, j - 1);
+        }
+        // All up to j are at most the pivot, all from j + 1 at least.
+        (low, high) = if middle <= j { (low, j) } else { (j + 1, high) };
+    }
+    values.get(middle).copied()
 }
 
 /// ln 0!, ln 1!, … ln n!
@@ -57,6 +73,24 @@ mod tests {
         let choose = |n: usize, k: usize| (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>();
         let term = |j: usize| choose(n - m, j) * p.powi(j as i32) * (1.0 - p).powi((n - m - j) as i32);
         choose(n, m) * (k - m..=n - m).map(term).sum::<f64>()
+    }
+
+    #[test]
+    fn median_is_that_of_the_sorted() {
+        let mut state = 1u64;
+        for n in 1..60 {
+            for kinds in [2, 7, 1000] {
+                let mut next = || {
+                    state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    ((state >> 33) % kinds) as f64
+                };
+                let values: Vec<f64> = (0..n).map(|_| next()).collect();
+                let mut sorted = values.clone();
+                sorted.sort_by(f64::total_cmp);
+                assert_eq!(median(values), Some(sorted[n / 2]));
+            }
+        }
+        assert_eq!(median(Vec::new()), None);
     }
 
     #[test]
