@@ -1,6 +1,7 @@
 //! Which matches can be used at all.
 
 use super::{Frame, Match};
+use std::collections::BTreeSet;
 
 /// A match that can be used, with the inverse depth at both ends (NaN at a hole or without a map).
 #[derive(Debug, Clone, Copy)]
@@ -36,13 +37,10 @@ pub(super) fn clean(matches: &[Match], target: &Frame<'_>, reference: &Frame<'_>
         })
         .collect();
     for side in [|m: &Usable| m.target, |m: &Usable| m.reference] {
-        usable.sort_by(|a, b| {
-            let (p, q) = (side(a), side(b));
-            p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.index.cmp(&b.index))
-        });
-        usable.dedup_by(|b, a| side(a) == side(b));
+        let mut seen = BTreeSet::new();
+        // Adding 0 makes −0 and 0 the same place.
+        usable.retain(|m| seen.insert(side(m).map(|v| (v + 0.0).to_bits())));
     }
-    usable.sort_by_key(|m| m.index);
     usable
 }
 

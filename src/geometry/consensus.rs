@@ -4,6 +4,7 @@ use super::points::{Points, Projection, Scales};
 use super::ransac::{Search, count, inliers_of, msac, refit};
 use super::refine::refine;
 use super::sampler::Sampler;
+use super::statistics::median;
 
 /// A model and the matches that agree with it.
 #[derive(Debug, Clone)]
@@ -69,11 +70,10 @@ pub(super) fn narrowed<const D: usize>(points: &Points, scales: &Scales, found: 
 /// Fits once more to the inliers that are as exact as most of them, then chooses the inliers at their threshold again:
 /// within a threshold of pixels, the few matches near it are mostly wrong or at wrong depths, and would weigh the most.
 fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Consensus> {
-    let mut errors: Vec<f64> =
+    let errors: Vec<f64> =
         points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
-    errors.sort_by(f64::total_cmp);
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
-    let sigma = errors.get(errors.len() / 2)?.sqrt() / 1.177;
+    let sigma = median(errors)?.sqrt() / 1.177;
     let threshold = (3.0 * sigma).clamp(0.01 * consensus.threshold, consensus.threshold);
     let core = settled::<D>(points, consensus.projection, threshold);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());

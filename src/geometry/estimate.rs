@@ -6,7 +6,7 @@ use super::parallax::observable;
 use super::points::{Normalisation, Points};
 use super::ransac::{Search, count, inliers_of};
 use super::sampler::Sampler;
-use super::statistics::meaningful_consensus;
+use super::statistics::{meaningful_consensus, median};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
@@ -241,9 +241,12 @@ impl<'a> Fit<'a> {
             flags[m.index] = true;
         }
         let residual = [
-            median(inlying.iter().map(|m| transfer_error(&forward, m.target, m.target_depth, m.reference))),
-            median(inlying.iter().map(|m| transfer_error(&reverse, m.reference, m.reference_depth, m.target))),
-        ];
+            median(inlying.iter().map(|m| transfer_error(&forward, m.target, m.target_depth, m.reference)).collect()),
+            median(
+                inlying.iter().map(|m| transfer_error(&reverse, m.reference, m.reference_depth, m.target)).collect(),
+            ),
+        ]
+        .map(|r| r.unwrap_or(0.0));
         Ok(Estimate {
             forward,
             reverse,
@@ -260,12 +263,6 @@ impl<'a> Fit<'a> {
 
 fn transfer_error(model: &Model, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> f64 {
     model.project(x, y, d).map_or(f64::INFINITY, |[a, b]| ((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn check(options: &EstimateOptions) -> Result<()> {

@@ -10,7 +10,7 @@
 
 use super::points::{Points, Projection};
 
-type Square<const D: usize> = [[f64; D]; D];
+pub(super) type Square<const D: usize> = [[f64; D]; D];
 
 /// Fits a projection to the matches `indices`: D = 4 with depth (6 matches or more), D = 3 a homography (4 or more).
 ///
@@ -61,7 +61,7 @@ pub(super) fn fit<const D: usize>(
 }
 
 /// Replaces the lower triangle of `a` by its Cholesky factor; `None` when a pivot is below `min_pivot`.
-fn cholesky<const D: usize>(a: &mut Square<D>, min_pivot: f64) -> Option<()> {
+pub(super) fn cholesky<const D: usize>(a: &mut Square<D>, min_pivot: f64) -> Option<()> {
     for j in 0..D {
         let pivot = a[j][j] - (0..j).map(|k| a[j][k] * a[j][k]).sum::<f64>();
         if pivot.is_nan() || pivot <= min_pivot {
@@ -88,7 +88,7 @@ fn forward<const D: usize>(l: &Square<D>, mut b: Square<D>) -> Square<D> {
 }
 
 /// L⁻ᵀb.
-fn backward<const D: usize>(l: &Square<D>, mut b: [f64; D]) -> [f64; D] {
+pub(super) fn backward<const D: usize>(l: &Square<D>, mut b: [f64; D]) -> [f64; D] {
     for r in (0..D).rev() {
         let dot: f64 = (r + 1..D).map(|k| l[k][r] * b[k]).sum();
         b[r] = (b[r] - dot) / l[r][r];

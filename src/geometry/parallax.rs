@@ -1,6 +1,7 @@
 //! Whether the matches show parallax at all.
 
 use super::points::{Points, Projection};
+use super::statistics::median;
 
 /// Error of the best localised matches, in pixels: what is smaller is rounding.
 const FINEST: f64 = 0.01;
@@ -14,18 +15,18 @@ const FINEST: f64 = 0.01;
 pub(super) fn observable(points: &Points, inliers: &[bool], depth: &Projection, flat: &Projection, scale: f64) -> bool {
     const CAP: f64 = 9.0;
     let with_depth: Vec<f64> = points.errors(depth).collect();
-    let mut chosen: Vec<f64> = with_depth.iter().zip(inliers).filter(|(_, f)| **f).map(|(e, _)| *e).collect();
+    let chosen: Vec<f64> = with_depth.iter().zip(inliers).filter(|(_, f)| **f).map(|(e, _)| *e).collect();
     let n = chosen.len();
-    if n == 0 {
-        return false;
-    }
-    chosen.sort_by(f64::total_cmp);
+    let Some(middle) = median(chosen) else { return false };
     let equations = 2.0 * n as f64;
     let freedom = equations / (equations - 11.0).max(1.0);
-    let variance = (chosen[n / 2] / (1.177 * 1.177) * freedom).max(FINEST * FINEST * scale * scale);
+    let variance = (middle / (1.177 * 1.177) * freedom).max(FINEST * FINEST * scale * scale);
     let share = |e: f64| (e / variance).min(CAP);
-    let mut gains: Vec<f64> = with_depth.iter().zip(points.errors(flat)).map(|(d, h)| share(h) - share(*d)).collect();
-    gains.sort_by(f64::total_cmp);
-    gains.truncate(gains.len().saturating_sub(2));
-    gains.iter().sum::<f64>() > 3.0 * libm::log(equations)
+    let gains = with_depth.iter().zip(points.errors(flat)).map(|(d, h)| share(h) - share(*d));
+    let (mut sum, mut largest) = (0.0, [0.0f64; 2]);
+    for gain in gains {
+        sum += gain;
+        largest = [largest[0].max(gain), largest[1].max(largest[0].min(gain))];
+    }
+    sum - largest[0] - largest[1] > 3.0 * libm::log(equations)
 }

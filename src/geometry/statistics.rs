@@ -1,8 +1,41 @@
-//! Whether a consensus is more than chance.
+//! Order statistics, and whether a consensus is more than chance.
 
-/// Logarithm of the binomial coefficient.
-fn ln_choose(n: f64, k: f64) -> f64 {
-    libm::lgamma(n + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(n - k + 1.0)
+/// The upper median; `None` of no values. By Hoare's selection: an instantiation of the standard library's sort would be
+/// several kilobytes of wasm.
+#[inline(never)]
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    let (mut low, mut high) = (0, values.len().checked_sub(1)?);
+    while low < high {
+        let pivot = values[low + (high - low) / 2];
+        let (mut i, mut j) = (low, high);
+        loop {
+            while values[i].total_cmp(&pivot).is_lt() {
+                i += 1;
+            }
+            while values[j].total_cmp(&pivot).is_gt() {
+                j -= 1;
+            }
+            if i >= j {
+                break;
+            }
+            values.swap(i, j);
+            (i, j) = (i + 1, j - 1);
+        }
+        // All up to j are at most the pivot, all from j + 1 at least.
+        (low, high) = if middle <= j { (low, j) } else { (j + 1, high) };
+    }
+    values.get(middle).copied()
+}
+
+/// ln 0!, ln 1!, … ln n!
+fn ln_factorials(n: usize) -> Vec<f64> {
+    let mut sum = 0.0;
+    let ln = |k: usize| {
+        sum += libm::log(k.max(1) as f64);
+        sum
+    };
+    (0..=n).map(ln).collect()
 }
 
 /// ln 10⁻³: one false alarm in a thousand pairs of photos that have nothing in common.
@@ -13,52 +46,22 @@ const ALARMS: f64 = -6.907755278982137;
 /// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below 10⁻³, for a model fixed by `m` matches and a chance `p` that a
 /// random match falls within the threshold. More than `n` when even full agreement proves nothing.
 pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
-    let (trials, m_f) = ((n - m) as f64, m as f64);
-    let samples = ln_choose(n as f64, m_f);
-    (m + 1..=n)
-        .find(|&k| {
-            let hits = (k - m) as f64;
-            let tail = regularised_beta(hits, trials - hits + 1.0, p);
-            samples + libm::log(tail.max(f64::MIN_POSITIVE)) < ALARMS
-        })
-        .unwrap_or(n + 1)
-}
-
-/// Regularised incomplete beta function I_x(a, b), by Lentz's continued fraction (Numerical Recipes, 6.4).
-fn regularised_beta(a: f64, b: f64, x: f64) -> f64 {
-    if x.is_nan() || x <= 0.0 {
-        return 0.0;
-    }
-    if x >= 1.0 {
-        return 1.0;
-    }
-    let front =
-        libm::exp(libm::lgamma(a + b) - libm::lgamma(a) - libm::lgamma(b) + a * libm::log(x) + b * libm::log1p(-x));
-    if x > (a + 1.0) / (a + b + 2.0) {
-        return 1.0 - front * beta_fraction(b, a, 1.0 - x) / b;
-    }
-    front * beta_fraction(a, b, x) / a
-}
-
-fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
-    let guard = |v: f64| if v.abs() < 1e-300 { 1e-300 } else { v };
-    let (mut c, mut d) = (1.0, 1.0 / guard(1.0 - (a + b) * x / (a + 1.0)));
-    let mut h = d;
-    for i in 1..300 {
-        let m = f64::from(i);
-        for step in [
-            m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
-            -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0)),
-        ] {
-            d = 1.0 / guard(1.0 + step * d);
-            c = guard(1.0 + step / c);
-            h *= c * d;
-        }
-        if (c * d - 1.0).abs() < 1e-14 {
+    let ln = ln_factorials(n);
+    let ln_choose = |n: usize, k: usize| ln[n] - ln[k] - ln[n - k];
+    let trials = n - m;
+    let (ln_hit, ln_miss) = (libm::log(p), libm::log1p(-p));
+    // From full agreement downwards, so that the tail is a running sum.
+    let mut tail = 0.0;
+    let mut least = n + 1;
+    for hits in (1..=trials).rev() {
+        let miss = if hits == trials { 0.0 } else { (trials - hits) as f64 * ln_miss };
+        tail += libm::exp(ln_choose(trials, hits) + hits as f64 * ln_hit + miss);
+        if ln_choose(n, m) + libm::log(tail.max(f64::MIN_POSITIVE)) >= ALARMS {
             break;
         }
+        least = hits + m;
     }
-    h
+    least
 }
 
 #[cfg(test)]
@@ -70,6 +73,24 @@ mod tests {
         let choose = |n: usize, k: usize| (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>();
         let term = |j: usize| choose(n - m, j) * p.powi(j as i32) * (1.0 - p).powi((n - m - j) as i32);
         choose(n, m) * (k - m..=n - m).map(term).sum::<f64>()
+    }
+
+    #[test]
+    fn median_is_that_of_the_sorted() {
+        let mut state = 1u64;
+        for n in 1..60 {
+            for kinds in [2, 7, 1000] {
+                let mut next = || {
+                    state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    ((state >> 33) % kinds) as f64
+                };
+                let values: Vec<f64> = (0..n).map(|_| next()).collect();
+                let mut sorted = values.clone();
+                sorted.sort_by(f64::total_cmp);
+                assert_eq!(median(values), Some(sorted[n / 2]));
+            }
+        }
+        assert_eq!(median(Vec::new()), None);
     }
 
     #[test]
