@@ -186,8 +186,9 @@ impl InverseDepth {
 
     /// Bilinear value at (x, y), clamped to the frame; NaN where one of the four neighbours that count is a hole.
     pub fn sample(&self, x: f64, y: f64) -> f64 {
-        let x = x.clamp(0.0, (self.width - 1) as f64);
-        let y = y.clamp(0.0, (self.height - 1) as f64);
+        // Not `clamp`: its panic message would bring the whole float formatting into the wasm module.
+        let x = x.max(0.0).min((self.width - 1) as f64);
+        let y = y.max(0.0).min((self.height - 1) as f64);
         let (x0, y0) = (x as usize, y as usize);
         let (fx, fy) = (x - x0 as f64, y - y0 as f64);
         let row = |y: usize| {
@@ -206,7 +207,7 @@ fn resample(
     out: &mut Vec<f32>,
 ) {
     let axis = |i: usize, to: usize, from: usize| -> (usize, usize, f32) {
-        let p = ((i as f64 + 0.5) * from as f64 / to as f64 - 0.5).clamp(0.0, (from - 1) as f64);
+        let p = ((i as f64 + 0.5) * from as f64 / to as f64 - 0.5).max(0.0).min((from - 1) as f64);
         let i0 = p as usize;
         (i0, (i0 + 1).min(from - 1), (p - i0 as f64) as f32)
     };

@@ -74,7 +74,7 @@ fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Con
         points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
     let sigma = median(errors)?.sqrt() / 1.177;
-    let threshold = (3.0 * sigma).clamp(0.01 * consensus.threshold, consensus.threshold);
+    let threshold = (3.0 * sigma).max(0.01 * consensus.threshold).min(consensus.threshold);
     let core = settled::<D>(points, consensus.projection, threshold);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
     let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
