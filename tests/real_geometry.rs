@@ -129,18 +129,16 @@ fn default_reaches_the_floor_with_every_seed() {
     }
 }
 
-/// The paper's algorithm refines once on all matches within some 12 px, so chance has a say in the result: on
-/// icl-0000_0040 ten seeds of the prototype end 1.3 to 17 px off outside the frame (median 5.3), its documented
-/// 1.47 px being one of them.
+/// Whatever the seed: refined only once, on all matches within some 12 px, icl-0000_0040 ended 1.5 to 7 px off outside the
+/// frame.
 #[test]
 fn paper_threshold_reaches_the_floor() {
     for (name, floor) in FLOORS {
         let Some(case) = load(name) else { return };
         let all: Vec<[f64; 2]> = seeds(&paper()).map(|options| case.errors(&case.fit(&options).forward)).collect();
-        let typical = [0, 1].map(|i| median(all.iter().map(|e| e[i]).collect()));
-        println!("{name}: {typical:.2?} px, median of ten seeds");
-        let floor = if name == "icl-0000_0040" { [floor[0], 3.0] } else { floor };
-        assert!(typical[0] < floor[0] + TOLERANCE && typical[1] < floor[1] + TOLERANCE, "{name}: {typical:?}");
+        let worst = [0, 1].map(|i| all.iter().map(|e| e[i]).fold(0.0, f64::max));
+        println!("{name}: {worst:.2?} px, the worst of ten seeds");
+        assert!(worst[0] < floor[0] + TOLERANCE && worst[1] < floor[1] + TOLERANCE, "{name}: {worst:?}");
     }
 }
 

@@ -33,10 +33,11 @@ pub(super) fn sampled<const D: usize>(points: &Points, search: &Search, sampler:
     Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
 }
 
-/// One refinement on the inliers of a search: the paper's algorithm 1.
+/// Refinement on the inliers of a search: the paper's algorithm 1, and once more on those that are exact. Without that the
+/// model depends on which of the matches near the paper's wide threshold, mostly wrong ones, a sample happens to let in.
 pub(super) fn published<const D: usize>(points: &Points, found: Consensus) -> Option<Consensus> {
     let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
-    Some(Consensus { projection, ..found })
+    polished::<D>(points, Consensus { projection, ..found })
 }
 
 /// From what a search at all scales found down to the narrowest.

@@ -166,7 +166,11 @@ impl<'a> Fit<'a> {
         report(observer, Stage::Estimate, 0.6)?;
         let Some(mut deep) = deep else { return Ok(None) };
         self.believed(&deep, DEPTH_SAMPLE)?;
-        if let Some(flat) = sampled::<3>(points, &self.search(options), &mut sampler) {
+        // The paper's comparisons fit the depth model to whatever inliers they chose, outliers included, and those would
+        // make a homography look as good.
+        if options.robust_fit == RobustFit::Depth
+            && let Some(flat) = sampled::<3>(points, &self.search(options), &mut sampler)
+        {
             deep.trials += flat.trials;
             if self.flat_suffices(&deep, flat, options) {
                 return Ok(None);
