@@ -130,15 +130,14 @@ fn sample_row(depth: Option<&InverseDepth>, dx: f64, y: f64, out: &mut [f32]) {
     }
 }
 
+/// Smallest and largest x and y. Plain folds, which the compiler turns into SIMD.
 fn bounds(x: &[i32], y: &[i32]) -> Result<[f64; 4]> {
-    let mut b = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
-    for (&x, &y) in x.iter().zip(y).filter(|&(&x, _)| x != INVALID) {
-        b = [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)];
-    }
-    if b[0] > b[2] {
+    let least = |v: &[i32]| v.iter().fold(i32::MAX, |m, &v| m.min(if v == INVALID { i32::MAX } else { v }));
+    let most = |v: &[i32]| v.iter().fold(INVALID, |m, &v| m.max(v));
+    if most(x) == INVALID {
         return Err(Error::NoOverlap { pixels: 0 });
     }
-    Ok(b.map(|v| f64::from(v) / SUBPIXEL))
+    Ok([least(x), least(y), most(x), most(y)].map(|v| f64::from(v) / SUBPIXEL))
 }
 
 #[inline(always)]
