@@ -77,11 +77,12 @@ pub(super) fn draw_row(
         let group = CellGroup::new(above, below, first);
         let stretched = stretch.exceeded(&group.corners);
         batch.reserve(MOST_PER_GROUP);
+        let inverse = InverseBilinear::new(&group);
         for (k, mut lanes) in group.coverage(columns - 1 - first, last_row).into_iter().enumerate() {
             if lanes == 0 {
                 continue;
             }
-            let [u, v] = group.inverse_bilinear(k).map(f32x4::to_array);
+            let [u, v] = inverse.at(k).map(f32x4::to_array);
             let [x, y] = group.pixel(k).map(i32x4::to_array);
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize % LANES;
@@ -187,29 +188,53 @@ impl CellGroup {
         least.map(|least| least.cmp_gt(zero).move_mask() & self.small)
     }
 
-    /// Place of pixel k in its small cell, as the general way has it.
+    /// Lanes whose cell needs the general way.
     #[inline(always)]
-    fn inverse_bilinear(&self, k: usize) -> [f32x4; 2] {
+    fn others(&self) -> i32 {
+        self.visible & !self.small
+    }
+}
+
+/// The inverse of the cells' bilinear maps, as [`Cell`] has it, for four cells at once.
+struct InverseBilinear {
+    /// Sides ab and ad, and what makes the cell differ from a parallelogram.
+    e: [f32x4; 2],
+    f: [f32x4; 2],
+    g: [f32x4; 2],
+    /// The first pixel of the bounding box from the first corner.
+    h: [f32x4; 2],
+    ef: f32x4,
+    gf: f32x4,
+}
+
+#[inline(always)]
+fn cross(p: [f32x4; 2], q: [f32x4; 2]) -> f32x4 {
+    p[0] * q[1] - p[1] * q[0]
+}
+
+impl InverseBilinear {
+    #[inline(always)]
+    fn new(group: &CellGroup) -> Self {
         let float = |q: [i32x4; 2]| q.map(f32x4::from_i32x4);
-        let cross = |p: [f32x4; 2], q: [f32x4; 2]| p[0] * q[1] - p[1] * q[0];
-        let [ab, bc, _, da] = self.sides;
+        let [ab, bc, _, da] = group.sides;
         let (e, f, g) = (float(ab), float(da.map(|side| -side)), float([bc[0] + da[0], bc[1] + da[1]]));
-        let pixel = self.pixel(k);
-        let h = float([0, 1].map(|axis| (pixel[axis] << SUBPIXEL_BITS as i32) - self.corners[0][axis]));
+        let h = float([0, 1].map(|axis| (group.first[axis] << SUBPIXEL_BITS as i32) - group.corners[0][axis]));
+        Self { e, f, g, h, ef: cross(e, f), gf: cross(g, f) }
+    }
+
+    /// Places of pixel k in their cells.
+    #[inline(always)]
+    fn at(&self, k: usize) -> [f32x4; 2] {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
-        let (k2, k1, k0) = (cross(g, f), cross(e, f) + cross(h, g), cross(h, e));
-        let root = (k1 * k1 - f32x4::splat(4.0) * k2 * k0).fast_max(zero).sqrt();
+        let step = |far: usize| f32x4::splat((far as i32 * PIXEL) as f32);
+        let (e, f, g, h) = (self.e, self.f, self.g, [self.h[0] + step(k & 1), self.h[1] + step(k >> 1)]);
+        let (k1, k0) = (self.ef + cross(h, g), cross(h, e));
+        let root = (k1 * k1 - f32x4::splat(4.0) * self.gf * k0).fast_max(zero).sqrt();
         let v = (f32x4::splat(-2.0) * k0 / (k1 + root)).fast_max(zero).fast_min(one);
         let across = [e[0] + v * g[0], e[1] + v * g[1]];
         let along = [h[0] - v * f[0], h[1] - v * f[1]];
         let square = across[0] * across[0] + across[1] * across[1];
         let u = ((along[0] * across[0] + along[1] * across[1]) / square).fast_max(zero).fast_min(one);
         [u, v]
-    }
-
-    /// Lanes whose cell needs the general way.
-    #[inline(always)]
-    fn others(&self) -> i32 {
-        self.visible & !self.small
     }
 }
