@@ -8,6 +8,7 @@ use super::ransac::{Search, count, inliers_of};
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
+use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, Result, Stage};
@@ -285,19 +286,7 @@ fn check(options: &EstimateOptions) -> Result<()> {
 }
 
 fn check_depth(name: &'static str, frame: &Frame<'_>) -> Result<()> {
-    let (expected, depth) = match frame.depth {
-        Some(depth) => (frame.size, depth),
-        None => return Ok(()),
-    };
-    if (depth.width(), depth.height()) == expected {
-        return Ok(());
-    }
-    let area = |w: usize, h: usize| (w as u64).saturating_mul(h as u64);
-    Err(Error::SizeMismatch {
-        name,
-        expected: area(expected.0, expected.1),
-        actual: area(depth.width(), depth.height()),
-    })
+    frame.depth.map_or(Ok(()), |depth| check_size(name, (depth.width(), depth.height()), frame.size))
 }
 
 fn check_spread(matches: &[Usable]) -> Result<()> {
