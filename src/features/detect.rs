@@ -1,0 +1,159 @@
+//! From a photo to its features.
+
+use super::approximation::TURN;
+use super::descriptor::{LENGTH, describe};
+use super::extrema::{Extremum, Limits};
+use super::luma::luma;
+use super::orientation::orientations;
+use super::scale_space::{Builder, LEAST_SIDE, Levels, SCALES, SIGMA};
+use super::selection::select;
+use super::sort::sort;
+use super::{DetectOptions, Features, Keypoint};
+use crate::image::reserve;
+use crate::observer::{Observer, report};
+use crate::{Error, ImageView, Result, Stage};
+
+/// How far below the contrast threshold the search goes when there are too few keypoints.
+const DEPTH: f64 = 8.0;
+/// How many keypoints are enough.
+const ENOUGH: usize = 4000;
+/// Keypoints described between two reports.
+const BATCH: usize = 2048;
+
+/// Finds keypoints and describes them. Photos smaller than 16 pixels have none.
+///
+/// # Errors
+/// `invalid-argument` for options out of range, `too-large` when more than `max_bytes` would be needed, `out-of-memory`,
+/// `aborted`.
+pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn Observer) -> Result<Features> {
+    check(options)?;
+    report(observer, Stage::Detect, 0.0)?;
+    let full = (image.width(), image.height());
+    let mut features = Features { keypoints: Vec::new(), descriptors: Vec::new(), size: full };
+    let size = limited(full, options.max_size);
+    if size.0.min(size.1) < LEAST_SIDE {
+        return Ok(features);
+    }
+    check_budget(size, options)?;
+    let strong = (255.0 * options.contrast_threshold / SCALES as f64) as f32;
+    let edge = options.edge_threshold;
+    let limits = Limits {
+        contrast: if options.adaptive { strong / DEPTH as f32 } else { strong },
+        edge: ((edge + 1.0) * (edge + 1.0) / edge) as f32,
+    };
+    let mut builder = Builder::new(luma(image, size)?, options.upsample);
+    let mut octaves: Vec<Levels> = Vec::new();
+    let mut found = Vec::new();
+    while let Some(levels) = builder.octave(octaves.len() as u8, &limits, &mut found, observer)? {
+        octaves.push(levels);
+    }
+    drop(builder);
+    report(observer, Stage::Detect, 0.5)?;
+    let grow = if options.upsample { 2 } else { 1 };
+    let enough = if options.adaptive { ENOUGH } else { 0 };
+    let chosen = select(&found, strong, enough, options.max_keypoints, (grow * size.0, grow * size.1))?;
+    drop(found);
+    describe_all(&octaves, &chosen, options, &mut features, observer)?;
+    // From pixels of the first octave to pixels of the photo.
+    let scale = [(full.0, size.0), (full.1, size.1)].map(|(full, size)| full as f32 / (grow * size) as f32);
+    for keypoint in &mut features.keypoints {
+        keypoint.x = (keypoint.x + 0.5) * scale[0] - 0.5;
+        keypoint.y = (keypoint.y + 0.5) * scale[1] - 0.5;
+        keypoint.scale *= (scale[0] * scale[1]).sqrt();
+    }
+    arrange(&mut features)?;
+    report(observer, Stage::Detect, 1.0)?;
+    Ok(features)
+}
+
+fn check(options: &DetectOptions) -> Result<()> {
+    let (contrast, edge) = (options.contrast_threshold, options.edge_threshold);
+    if !(contrast > 0.0 && contrast <= 1.0) {
+        let expected = "above 0 and at most 1";
+        return Err(Error::InvalidArgument { name: "contrastThreshold", expected, value: contrast });
+    }
+    if !(1.0..=1e6).contains(&edge) {
+        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "from 1 to 1000000", value: edge });
+    }
+    Ok(())
+}
+
+/// Refuses what would take too much memory.
+fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
+    let (w, h) = (size.0 as u64, size.1 as u64);
+    let (width, height) = if options.upsample { (2 * w, 2 * h) } else { (w, h) };
+    // The grey picture; the levels of all octaves with what the next one starts from; the rows in the pipeline.
+    let pixels = width.saturating_mul(height);
+    let bytes = (4 * w).saturating_mul(h).saturating_add(pixels.saturating_mul(7)).saturating_add(width * 1600);
+    if bytes > options.max_bytes {
+        return Err(Error::TooLarge { width, height, bytes, limit: options.max_bytes });
+    }
+    Ok(())
+}
+
+/// The size at which features are looked for.
+fn limited((width, height): (usize, usize), limit: usize) -> (usize, usize) {
+    let longer = width.max(height);
+    if limit == 0 || longer <= limit {
+        return (width, height);
+    }
+    let shrink = |side: usize| ((side as u64 * limit as u64 + longer as u64 / 2) / longer as u64).max(1) as usize;
+    (shrink(width), shrink(height))
+}
+
+/// Keypoints and descriptors, in pixels of the first octave.
+fn describe_all(
+    octaves: &[Levels],
+    chosen: &[Extremum],
+    options: &DetectOptions,
+    features: &mut Features,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    for (i, batch) in chosen.chunks(BATCH).enumerate() {
+        report(observer, Stage::Detect, 0.5 + 0.5 * (i * BATCH) as f32 / chosen.len() as f32)?;
+        for extremum in batch {
+            let Some(plane) = octaves.get(extremum.octave as usize).and_then(|o| o.get(extremum.level as usize - 1))
+            else {
+                continue;
+            };
+            let [x, y] = [0, 1].map(|i| extremum.pixel[i] as f32 + extremum.offset[i]);
+            let level = f64::from(extremum.level) + f64::from(extremum.offset[2]);
+            let sigma = (SIGMA * libm::exp(level * (std::f64::consts::LN_2 / SCALES as f64))) as f32;
+            let grow = (1u32 << extremum.octave) as f32;
+            let shrink = 1.0 / plane.step as f32;
+            let (place, deviation) = ([x * shrink, y * shrink], sigma * shrink);
+            orientations(plane, place, deviation, &mut |direction| {
+                features.keypoints.push(Keypoint {
+                    x: x * grow,
+                    y: y * grow,
+                    scale: sigma * grow,
+                    angle: direction * (2.0 * std::f32::consts::PI / TURN),
+                    response: extremum.response,
+                });
+                features.descriptors.push(describe(plane, place, deviation, direction, options.root));
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Sorts the features and drops repeated ones.
+fn arrange(features: &mut Features) -> Result<()> {
+    let Features { keypoints, descriptors, .. } = &*features;
+    let mut order: Vec<u32> = Vec::new();
+    reserve(&mut order, keypoints.len())?;
+    order.extend(0..keypoints.len() as u32);
+    let key = |i: u32| {
+        let k = &keypoints[i as usize];
+        [k.y, k.x, k.scale, k.angle]
+    };
+    sort(&mut order, &|a, b| (key(a), a) < (key(b), b));
+    order.dedup_by_key(|i| key(*i));
+    let (mut sorted_keypoints, mut sorted_descriptors): (Vec<Keypoint>, Vec<[u8; LENGTH]>) = Default::default();
+    reserve(&mut sorted_keypoints, order.len())?;
+    reserve(&mut sorted_descriptors, order.len())?;
+    sorted_keypoints.extend(order.iter().map(|&i| keypoints[i as usize]));
+    sorted_descriptors.extend(order.iter().map(|&i| descriptors[i as usize]));
+    (features.keypoints, features.descriptors) = (sorted_keypoints, sorted_descriptors);
+    Ok(())
+}

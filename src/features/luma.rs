@@ -1,0 +1,55 @@
+//! The grey picture features are found in.
+
+use crate::image::{reserve, zeroed};
+use crate::{ImageView, Result};
+
+/// Grey levels 0 to 255, row by row.
+pub(super) struct Luma {
+    pub data: Vec<f32>,
+    pub width: usize,
+    pub height: usize,
+}
+
+/// Rec. 601 luma at `size`, each value the mean over the photo's area that it covers. `size` is at most the photo's.
+#[inline(never)]
+pub(super) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
+    let (width, height) = size;
+    let mut data = Vec::new();
+    reserve(&mut data, width * height)?;
+    let mut line: Vec<f32> = zeroed(image.width())?;
+    let mut sums: Vec<f32> = zeroed(image.width())?;
+    for y in 0..height {
+        sums.fill(0.0);
+        for (row, weight) in covered(y, height, image.height()) {
+            grey(&image.pixels()[row * image.width()..][..image.width()], &mut line);
+            for (sum, value) in sums.iter_mut().zip(&line) {
+                *sum += weight * value;
+            }
+        }
+        if width == image.width() {
+            data.extend_from_slice(&sums);
+        } else {
+            data.extend(
+                (0..width).map(|x| covered(x, width, sums.len()).map(|(i, weight)| weight * sums[i]).sum::<f32>()),
+            );
+        }
+    }
+    Ok(Luma { data, width, height })
+}
+
+fn grey(pixels: &[[u8; 4]], out: &mut [f32]) {
+    for (out, &[r, g, b, _]) in out.iter_mut().zip(pixels) {
+        *out = 0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b);
+    }
+}
+
+/// The indices of `from` values under value `i` of `to`, and the share of each.
+fn covered(i: usize, to: usize, from: usize) -> impl Iterator<Item = (usize, f32)> {
+    // In units of 1 / (from·to) nothing is rounded.
+    let (from, to) = (from as u64, to as u64);
+    let (start, end) = (i as u64 * from, (i as u64 + 1) * from);
+    (start / to..end.div_ceil(to)).map(move |k| {
+        let overlap = end.min((k + 1) * to) - start.max(k * to);
+        (k as usize, overlap as f32 / from as f32)
+    })
+}

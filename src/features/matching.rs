@@ -1,0 +1,101 @@
+//! Which keypoints of two photos belong together.
+
+use super::descriptor::SCALE;
+use super::nearest::{Nearest, nearest};
+use super::{Features, MatchOptions, Pair};
+use crate::geometry::Match;
+use crate::image::zeroed;
+use crate::observer::{Observer, report};
+use crate::{Error, Result, Stage};
+
+/// Pairs of keypoints whose descriptors are nearest to each other, and clearly nearer than the second nearest of the
+/// reference (Lowe 2004, section 7.1). No two share a place in either photo. Sorted by the target's index.
+///
+/// # Errors
+/// `invalid-argument` for options out of range, `size-mismatch` for features that lack descriptors, `out-of-memory`, `aborted`.
+pub fn match_features(
+    target: &Features,
+    reference: &Features,
+    options: &MatchOptions,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Pair>> {
+    check(target, reference, options)?;
+    report(observer, Stage::Match, 0.0)?;
+    let [of_target, of_reference] = nearest(&target.descriptors, &reference.descriptors, observer)?;
+    report(observer, Stage::Match, 1.0)?;
+    pairs([target, reference], [&of_target, &of_reference], options)
+}
+
+pub(super) fn check(target: &Features, reference: &Features, options: &MatchOptions) -> Result<()> {
+    if !(options.ratio > 0.0 && options.ratio <= 1.0) {
+        return Err(Error::InvalidArgument { name: "ratio", expected: "above 0 and at most 1", value: options.ratio });
+    }
+    if !(options.max_distance > 0.0 && options.max_distance <= 2.0) {
+        let (expected, value) = ("above 0 and at most 2", options.max_distance);
+        return Err(Error::InvalidArgument { name: "maxDistance", expected, value });
+    }
+    for (name, features) in [("target", target), ("reference", reference)] {
+        let (expected, actual) = (features.keypoints.len() as u64, features.descriptors.len() as u64);
+        if expected != actual {
+            return Err(Error::SizeMismatch { name, expected, actual });
+        }
+    }
+    Ok(())
+}
+
+/// The pairs that pass the tests. Of those that share a place, which happens as a place may have several directions, the
+/// nearest is kept.
+pub(super) fn pairs(
+    [target, reference]: [&Features; 2],
+    [of_target, of_reference]: [&[Nearest]; 2],
+    options: &MatchOptions,
+) -> Result<Vec<Pair>> {
+    let limit = options.ratio * options.ratio;
+    let most = options.max_distance * f64::from(SCALE);
+    let mut pairs = Vec::new();
+    for (index, nearest) in (0..).zip(of_target) {
+        let Some(back) = of_reference.get(nearest.index as usize) else { continue };
+        let [first, second] = nearest.distance.map(f64::from);
+        if first <= most * most && first < limit * second && (!options.mutual || back.index == index) {
+            pairs.push(Pair { target: index, reference: nearest.index });
+        }
+    }
+    let distance = |pair: &Pair| (of_target[pair.target as usize].distance[0], pair.target);
+    for reference_side in [false, true] {
+        let features = if reference_side { reference } else { target };
+        let first = first_of_place(features)?;
+        let place = |pair: &Pair| first[if reference_side { pair.reference } else { pair.target } as usize] as usize;
+        let mut best: Vec<(i32, u32)> = zeroed(first.len())?;
+        best.fill((i32::MAX, 0));
+        for pair in &pairs {
+            let best = &mut best[place(pair)];
+            *best = distance(pair).min(*best);
+        }
+        pairs.retain(|pair| best[place(pair)] == distance(pair));
+    }
+    Ok(pairs)
+}
+
+/// For each keypoint the first in the row of its neighbours that lie at the same place.
+fn first_of_place(features: &Features) -> Result<Vec<u32>> {
+    let mut first: Vec<u32> = zeroed(features.keypoints.len())?;
+    for (i, two) in features.keypoints.windows(2).enumerate() {
+        let same = (two[0].x, two[0].y) == (two[1].x, two[1].y);
+        first[i + 1] = if same { first[i] } else { i as u32 + 1 };
+    }
+    Ok(first)
+}
+
+/// The positions of the pairs, one match each, in pixels of the photos. Pairs whose indices are out of range are left out.
+pub fn matches_of(target: &Features, reference: &Features, pairs: &[Pair]) -> Vec<Match> {
+    let place = |features: &Features, index: u32| {
+        features.keypoints.get(index as usize).map(|k| [f64::from(k.x), f64::from(k.y)])
+    };
+    pairs
+        .iter()
+        .filter_map(|pair| {
+            let (target, reference) = (place(target, pair.target)?, place(reference, pair.reference)?);
+            Some(Match { target, reference })
+        })
+        .collect()
+}

@@ -1,0 +1,270 @@
+//! The Gaussian scale space, octave by octave (D. Lowe, *Distinctive Image Features from Scale-Invariant Keypoints*, IJCV
+//! 60 (2004), section 3).
+//!
+//! An octave is a pipeline of rows: each level is smoothed out of the one above as soon as that has enough rows, and
+//! only as many rows are kept as the next step reaches. What stays is the three levels that keypoints are described
+//! on, as 16-bit integers, and the picture that the next octave starts from.
+
+use wide::{f32x4, i16x8, i32x4, i32x8};
+
+use super::extrema::{self, Extremum};
+use super::gaussian::{BLOCK, Block, Kernel, Smoother, Window};
+use super::luma::Luma;
+use crate::image::reserve;
+use crate::observer::{Observer, report};
+use crate::{Result, Stage};
+
+/// Scales per octave.
+pub(super) const SCALES: usize = 3;
+/// Deviation of an octave's first level, in its pixels.
+pub(super) const SIGMA: f64 = 1.6;
+/// What a photo is taken to have been smoothed with, in its pixels.
+const CAMERA_SIGMA: f64 = 0.5;
+/// Grey levels of [`Plane`] per grey level of the photo.
+const FINENESS: f32 = 128.0;
+/// Rows each step of the pipeline makes at a time.
+const BATCH: usize = 8;
+/// Turns of the pipeline between two reports.
+const TURNS: usize = 32;
+/// No octave is smaller than this.
+pub(super) const LEAST_SIDE: usize = 16;
+
+/// Each level is stored at every so many pixels of its octave, 1 or 2: its smoothing leaves nothing in between.
+const STEPS: [usize; SCALES] = [1, 1, 2];
+
+/// One level, or every `step`-th pixel of it: grey levels times [`FINENESS`], rows of `stride` values.
+pub(super) struct Plane {
+    pub step: usize,
+    pub data: Vec<i16>,
+    pub width: usize,
+    pub height: usize,
+    pub stride: usize,
+}
+
+impl Plane {
+    /// For an octave of this size.
+    #[inline(never)]
+    fn new(width: usize, height: usize, step: usize) -> Result<Self> {
+        let (width, height) = (width.div_ceil(step), height.div_ceil(step));
+        // Whoever looks at four pixels from any of them on stays in its row.
+        let stride = (width + 4).next_multiple_of(2 * BLOCK);
+        let mut data = Vec::new();
+        reserve(&mut data, stride * height)?;
+        Ok(Self { data, width, height, stride, step })
+    }
+
+    /// Takes in row `y` of the octave.
+    #[inline(never)]
+    fn push(&mut self, y: usize, row: &[Block]) {
+        if !y.is_multiple_of(self.step) {
+            return;
+        }
+        for block in row {
+            // Adding a half before cutting off rounds; nothing here is negative by more than that.
+            let [a, b, c, d] = block.map(|v| (v * FINENESS + f32x4::splat(0.5)).fast_trunc_int());
+            for pair in [[a, b], [c, d]] {
+                let eight = i16x8::from_i32x8_saturate(bytemuck::cast::<[i32x4; 2], i32x8>(pair)).to_array();
+                if self.step == 1 {
+                    self.data.extend_from_slice(&eight);
+                } else {
+                    self.data.extend([eight[0], eight[2], eight[4], eight[6]]);
+                }
+            }
+        }
+        self.data.resize(self.data.len().next_multiple_of(self.stride), 0);
+    }
+}
+
+/// The levels 1, 2, 3 of an octave.
+pub(super) type Levels = [Plane; SCALES];
+
+/// What an octave starts from.
+pub(super) enum Base {
+    /// The photo, to be doubled in size or not.
+    Photo { luma: Luma, doubled: bool },
+    /// Every second pixel of the level with twice the octave's first σ.
+    Halved(Luma),
+}
+
+impl Base {
+    fn size(&self) -> (usize, usize) {
+        match self {
+            Base::Photo { luma, doubled: true } => (2 * luma.width, 2 * luma.height),
+            Base::Photo { luma, .. } | Base::Halved(luma) => (luma.width, luma.height),
+        }
+    }
+
+    /// Row `y` in the octave's pixels.
+    fn row(&self, y: usize, out: &mut [Block]) {
+        let out: &mut [f32] = bytemuck::cast_slice_mut(out);
+        match self {
+            Base::Photo { luma, doubled: true } => double(luma, y, out),
+            Base::Photo { luma, .. } | Base::Halved(luma) => {
+                out[..luma.width].copy_from_slice(&luma.data[y * luma.width..][..luma.width]);
+            }
+        }
+    }
+
+    /// What is left to smooth to reach [`SIGMA`].
+    fn sigma(&self) -> Option<f64> {
+        match self {
+            Base::Photo { doubled, .. } => {
+                let camera = if *doubled { 2.0 * CAMERA_SIGMA } else { CAMERA_SIGMA };
+                Some((SIGMA * SIGMA - camera * camera).sqrt())
+            }
+            Base::Halved(_) => None,
+        }
+    }
+}
+
+/// Row `y` of the picture in twice the size: pixel X lies at (X + ½)/2 − ½, bilinearly.
+#[inline(never)]
+fn double(luma: &Luma, y: usize, out: &mut [f32]) {
+    let row = |y: usize| &luma.data[y.min(luma.height - 1) * luma.width..][..luma.width];
+    let near = row(y / 2);
+    let far = if y.is_multiple_of(2) { row((y / 2).saturating_sub(1)) } else { row(y / 2 + 1) };
+    let value = |near: f32, far: f32| 0.75 * near + 0.25 * far;
+    let mut before = value(near[0], far[0]);
+    let mut here = before;
+    let after = near
+        .iter()
+        .zip(far)
+        .skip(1)
+        .map(|(&n, &f)| value(n, f))
+        .chain([value(near[luma.width - 1], far[luma.width - 1])]);
+    for (pair, after) in out.as_chunks_mut::<2>().0.iter_mut().zip(after) {
+        *pair = [value(here, before), value(here, after)];
+        (before, here) = (here, after);
+    }
+}
+
+/// The kernels between the levels: level i has deviation σ·2^(i/3).
+fn kernels() -> [Kernel; SCALES + 2] {
+    // 2^(2/3), squared ratio of neighbouring deviations.
+    const RATIO: f64 = 1.587_401_051_968_199_4;
+    let mut variance = SIGMA * SIGMA;
+    std::array::from_fn(|_| {
+        let kernel = Kernel::gaussian((variance * (RATIO - 1.0)).sqrt());
+        variance *= RATIO;
+        kernel
+    })
+}
+
+/// Builds octaves from the finest on.
+pub(super) struct Builder {
+    base: Base,
+    kernels: [Kernel; SCALES + 2],
+}
+
+impl Builder {
+    pub fn new(luma: Luma, doubled: bool) -> Self {
+        Self { base: Base::Photo { luma, doubled }, kernels: kernels() }
+    }
+
+    /// The next octave's levels; its extrema go to `found`. `None` when it would be too small.
+    #[inline(never)]
+    pub fn octave(
+        &mut self,
+        octave: u8,
+        limits: &extrema::Limits,
+        found: &mut Vec<Extremum>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Levels>> {
+        let (width, height) = self.base.size();
+        if width.min(height) < LEAST_SIDE {
+            return Ok(None);
+        }
+        let reach: usize = self.kernels[1..].iter().map(|k| k.radius).sum();
+        let mut gauss = Vec::with_capacity(SCALES + 3);
+        for level in 0..SCALES + 3 {
+            let radius = self.kernels.get(level).map_or(0, |k| k.radius);
+            gauss.push(Window::new(width, 2 * radius + 1 + BATCH)?);
+        }
+        let mut differences = Vec::with_capacity(SCALES + 2);
+        for _ in 0..SCALES + 2 {
+            differences.push(Window::new(width, reach + 2 * BATCH + 2 * extrema::REACH + 2)?);
+        }
+        let first = self.base.sigma().map(Kernel::gaussian);
+        let radius = first.as_ref().map_or(0, |k| k.radius);
+        let mut source = Window::new(width, 2 * radius + 1 + BATCH)?;
+        let mut smoother = Smoother::new(width, height)?;
+        let mut levels = {
+            let plane = |i: usize| Plane::new(width, height, STEPS[i]);
+            [plane(0)?, plane(1)?, plane(2)?]
+        };
+        let mut next = Luma { data: Vec::new(), width: width / 2, height: height / 2 };
+        reserve(&mut next.data, next.width * next.height)?;
+        let mut scanner = extrema::Scanner::new(octave, (width, height));
+
+        let ready = |above: &Window, radius: usize, level: &Window| {
+            let ready = if above.rows == height { height } else { above.rows.saturating_sub(radius) };
+            ready.saturating_sub(level.rows).min(BATCH)
+        };
+        // An octave is a quarter of the one before, so that the first takes three quarters of the time.
+        let left = 1.0 / (1u64 << (2 * octave)) as f32;
+        for turn in 0.. {
+            let done = differences[SCALES + 1].rows;
+            if done == height {
+                break;
+            }
+            if turn % TURNS == 0 {
+                let fraction = 1.0 - left + 0.75 * left * done as f32 / height as f32;
+                report(observer, Stage::Detect, 0.5 * fraction)?;
+            }
+            for _ in 0..BATCH.min(height - source.rows) {
+                let y = source.rows;
+                self.base.row(y, source.next());
+            }
+            for _ in 0..ready(&source, radius, &gauss[0]) {
+                match &first {
+                    Some(kernel) => smoother.append(&source, kernel, &mut gauss[0]),
+                    None => {
+                        let y = gauss[0].rows;
+                        gauss[0].next().copy_from_slice(source.blocks(y));
+                    }
+                }
+            }
+            for (level, kernel) in (1..).zip(&self.kernels) {
+                let Some(([.., above], [here, ..])) = gauss.split_at_mut_checked(level) else { break };
+                for _ in 0..ready(above, kernel.radius, here) {
+                    let y = here.rows;
+                    smoother.append(above, kernel, here);
+                    subtract(here.blocks(y), above.blocks(y), differences[level - 1].next());
+                    if let Some(plane) = levels.get_mut(level - 1) {
+                        plane.push(y, here.blocks(y));
+                    }
+                    if level == SCALES && y % 2 == 0 && y / 2 < next.height {
+                        next.data.extend(here.row(y).as_chunks::<2>().0[..next.width].iter().map(|pair| pair[0]));
+                    }
+                }
+            }
+            scanner.scan(&differences, limits, found);
+        }
+        self.base = Base::Halved(next);
+        Ok(Some(levels))
+    }
+}
+
+#[inline(never)]
+fn subtract(a: &[Block], b: &[Block], out: &mut [Block]) {
+    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+        *out = std::array::from_fn(|k| a[k] - b[k]);
+    }
+}
+
+impl Plane {
+    /// Central differences along x and y at four pixels from (x, y) on, in [`FINENESS`]-ths of half a grey level. Not at the
+    /// plane's border.
+    #[inline(always)]
+    pub fn gradient(&self, x: usize, y: usize) -> (f32x4, f32x4) {
+        let at = y * self.stride + x;
+        let difference = |a: usize, b: usize| match (self.data.get(a..a + 4), self.data.get(b..b + 4)) {
+            (Some(a), Some(b)) => {
+                let d: [i32; 4] = std::array::from_fn(|i| i32::from(a[i]) - i32::from(b[i]));
+                f32x4::from_i32x4(i32x4::new(d))
+            }
+            _ => f32x4::splat(0.0),
+        };
+        (difference(at + 1, at - 1), difference(at + self.stride, at - self.stride))
+    }
+}

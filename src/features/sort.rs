@@ -1,0 +1,46 @@
+//! The one sort of the features' code.
+
+/// Heapsort by a total order. The standard library's sorts would each be several kilobytes of wasm.
+#[inline(never)]
+pub(super) fn sort(indices: &mut [u32], less: &dyn Fn(u32, u32) -> bool) {
+    let sift = |heap: &mut [u32], mut parent: usize| {
+        loop {
+            let mut child = 2 * parent + 1;
+            if child >= heap.len() {
+                break;
+            }
+            if child + 1 < heap.len() && less(heap[child], heap[child + 1]) {
+                child += 1;
+            }
+            if !less(heap[parent], heap[child]) {
+                break;
+            }
+            heap.swap(parent, child);
+            parent = child;
+        }
+    };
+    for parent in (0..indices.len() / 2).rev() {
+        sift(indices, parent);
+    }
+    for end in (1..indices.len()).rev() {
+        indices.swap(0, end);
+        sift(&mut indices[..end], 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sorts() {
+        for n in 0..70u32 {
+            let value = |i: u32| (i * 37 + 11) % 29;
+            let mut indices: Vec<u32> = (0..n).collect();
+            sort(&mut indices, &|a, b| (value(a), a) < (value(b), b));
+            let mut expected: Vec<u32> = (0..n).collect();
+            expected.sort_by_key(|&i| (value(i), i));
+            assert_eq!(indices, expected);
+        }
+    }
+}
