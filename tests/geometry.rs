@@ -1,7 +1,9 @@
 //! The robust fit on scenes whose geometry is known, and on tables of matches that determine none.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use depthstitch::geometry::{EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate};
+use depthstitch::geometry::{
+    Calibration, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate,
+};
 use depthstitch::observer::Observer;
 use depthstitch::report::Warning;
 use depthstitch::{Error, InverseDepth, Stage};
@@ -26,13 +28,22 @@ fn poses() -> impl Strategy<Value = ([f64; 3], [f64; 3], f64, u64)> {
     )
 }
 
+/// The model that nothing restricts.
+fn free() -> EstimateOptions {
+    EstimateOptions { calibration: Calibration::Off, ..Default::default() }
+}
+
+fn both_free() -> [EstimateOptions; 2] {
+    both_thresholds().map(|options| EstimateOptions { calibration: Calibration::Off, ..options })
+}
+
 #[test]
 fn recovers_exact_matches() {
     runner(24)
         .run(&poses(), |(angles, translation, focal, seed)| {
             let scene = Scene::new(angles, translation, focal, cloud, seed);
             prop_assume!(scene.matches.len() >= 40);
-            for options in both_thresholds() {
+            for options in both_free() {
                 let found = scene.fit(&options).unwrap();
                 prop_assert_eq!(found.kind, ModelKind::Depth);
                 prop_assert!(found.inliers.iter().all(|f| *f));
@@ -54,7 +65,7 @@ fn bears_noise_and_wrong_matches() {
             let scene = exact.clone().disturbed(0.4, wrong, seed ^ 1);
             prop_assume!(scene.matches.len() >= 60);
             let found = scene.fit(&EstimateOptions::default()).unwrap();
-            prop_assert_eq!(found.kind, ModelKind::Depth);
+            prop_assert_ne!(found.kind, ModelKind::Homography);
             prop_assert!(scene.error(&found.forward) < 1.0, "{}", scene.error(&found.forward));
             // Right matches are inliers, wrong ones are not unless chance put them close.
             for ((m, m0), flag) in scene.matches.iter().zip(&exact.matches).zip(&found.inliers) {
@@ -94,7 +105,7 @@ fn affine_change_of_depth_leaves_the_map() {
                     .map(|map| map.iter().map(|d| (scale * f64::from(*d) + shift * scale) as f32).collect()),
                 ..scene.clone()
             };
-            let options = EstimateOptions::default();
+            let options = free();
             let (before, after) = (scene.fit(&options).unwrap(), changed.fit(&options).unwrap());
             for m in &scene.matches {
                 let [x, y] = m.target;
@@ -156,7 +167,7 @@ fn few_matches() {
     // Spread over the picture.
     let some = |n: usize| -> Vec<Match> { (0..n).map(|i| scene.matches[(i * 37 + 3) % scene.matches.len()]).collect() };
     let depth = Some([&scene.depth[0][..], &scene.depth[1][..]]);
-    for options in both_thresholds() {
+    for options in both_free() {
         for n in 0..4 {
             let expected = Error::TooFewMatches { matches: n, usable: n, needed: 4 };
             assert_eq!(fit(&some(n), depth, &options), Err(expected));
@@ -276,7 +287,7 @@ fn one_homography_cannot_follow_parallax_but_several_can() {
     let (several, found) = count(RobustFit::MultiHomography);
     let (depth, _) = count(RobustFit::Depth);
     assert!(2 * one < depth && 10 * several > 9 * depth, "{one} {several} {depth}");
-    assert_eq!(found.kind, ModelKind::Depth);
+    assert_ne!(found.kind, ModelKind::Homography);
     assert!(scene.error(&found.forward) < 1.0);
 }
 
@@ -339,7 +350,7 @@ fn same_bits_natively_and_in_wasm() {
     }
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for robust_fit in [RobustFit::Depth, RobustFit::Homography, RobustFit::MultiHomography] {
-        for options in both_thresholds() {
+        for options in both_free() {
             let found = fit(&matches, Some([&depth, &depth]), &EstimateOptions { robust_fit, ..options }).unwrap();
             for model in [found.forward, found.reverse] {
                 for value in model.h.iter().chain(model.e.iter()) {

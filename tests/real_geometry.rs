@@ -4,7 +4,7 @@
 
 use depthstitch::InverseDepth;
 use depthstitch::geometry::{
-    Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate,
+    Calibration, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate,
 };
 use depthstitch::image::DepthKind;
 use nalgebra::{Matrix3, Vector3};
@@ -106,8 +106,12 @@ fn inliers(found: &Estimate) -> usize {
     found.inliers.iter().filter(|f| **f).count()
 }
 
+fn free() -> EstimateOptions {
+    EstimateOptions { calibration: Calibration::Off, ..Default::default() }
+}
+
 fn paper() -> EstimateOptions {
-    EstimateOptions { threshold: Threshold::PAPER, ..Default::default() }
+    EstimateOptions { threshold: Threshold::PAPER, ..free() }
 }
 
 fn seeds(options: &EstimateOptions) -> impl Iterator<Item = EstimateOptions> + '_ {
@@ -115,16 +119,57 @@ fn seeds(options: &EstimateOptions) -> impl Iterator<Item = EstimateOptions> + '
 }
 
 #[test]
-fn default_reaches_the_floor_with_every_seed() {
+fn free_model_reaches_the_floor_with_every_seed() {
     for (name, floor) in FLOORS {
         let Some(case) = load(name) else { return };
-        for options in seeds(&EstimateOptions::default()) {
+        for options in seeds(&free()) {
             let found = case.fit(&options);
             let errors = case.errors(&found.forward);
             println!("{name} seed {}: {} inliers, {errors:.2?} px", options.seed, inliers(&found));
             assert_eq!(found.kind, ModelKind::Depth);
             assert_eq!(found.warnings, []);
             assert!(errors[0] < floor[0] + TOLERANCE && errors[1] < floor[1] + TOLERANCE, "{name}: {errors:?}");
+        }
+    }
+}
+
+/// Medians of the calibrated models' map error that no seed may exceed, in pixels: within the reference's frame and outside,
+/// and the true focal length.
+const CALIBRATED: [(&str, [f64; 2], Option<f64>); 8] = [
+    ("middlebury2005-Art", [0.2, 0.35], None),
+    ("middlebury2003-Cones", [0.2, 0.25], None),
+    ("icl-0025_0090", [0.15, 0.2], Some(525.0)),
+    ("icl-0160_0175", [0.4, 0.4], Some(525.0)),
+    ("icl-0000_0040", [0.6, 1.0], Some(525.0)),
+    ("icl-0002_0004", [0.4, 30.0], Some(481.2)),
+    ("tartanair-0050_0060", [0.25, 0.3], Some(320.0)),
+    ("tartanair-0180_0188", [0.5, 0.7], Some(320.0)),
+];
+
+#[test]
+fn calibrated_models_hold_outside_the_frame_with_every_seed() {
+    for (name, floor, focal) in CALIBRATED {
+        let Some(case) = load(name) else { return };
+        for options in seeds(&EstimateOptions::default()) {
+            let found = case.fit(&options);
+            let errors = case.errors(&found.forward);
+            println!("{name} seed {}: {errors:.2?} px, focal length {:.0?}", options.seed, found.focal);
+            assert_eq!(found.kind, ModelKind::Calibrated);
+            assert!(errors[0] < floor[0] && errors[1] < floor[1], "{name}: {errors:?}");
+            assert!(focal.is_none_or(|f| (found.focal.unwrap() / f - 1.0).abs() < 0.05), "{name}: {:?}", found.focal);
+        }
+    }
+}
+
+#[test]
+fn calibrated_models_are_no_worse_within_the_frame() {
+    for name in FLOORS.map(|(name, _)| name).into_iter().chain(["icl-0002_0004", "kinect-0002_0003"]) {
+        let Some(case) = load(name) else { return };
+        for calibration in [Calibration::Auto, Calibration::Always] {
+            let of =
+                |calibration| case.errors(&case.fit(&EstimateOptions { calibration, ..Default::default() }).forward)[0];
+            let (free, found) = (of(Calibration::Off), of(calibration));
+            assert!(found < free + 0.3, "{name} {calibration:?}: {found:.2} px, {free:.2} px without");
         }
     }
 }

@@ -25,9 +25,31 @@ impl Consensus {
     }
 }
 
-/// Random search, D = 4 with depth, 3 for a homography; the inliers are those at the narrowest threshold.
-pub(super) fn sampled<const D: usize>(points: &Points, search: &Search, sampler: &mut Sampler) -> Option<Consensus> {
-    let found = if D == 4 { msac::<4, 6>(points, search, sampler) } else { msac::<3, 4>(points, search, sampler) }?;
+/// What is fitted: a depth model has four columns, a homography three. A number rather than a type, so that there is one
+/// copy of the code for both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Depth,
+    Flat,
+}
+
+impl Kind {
+    fn columns(self) -> usize {
+        if self == Kind::Depth { 4 } else { 3 }
+    }
+
+    /// Matches that determine it.
+    fn sample(self) -> usize {
+        if self == Kind::Depth { 6 } else { 4 }
+    }
+}
+
+/// Random search; the inliers are those at the narrowest threshold.
+pub(super) fn sampled(points: &Points, search: &Search, sampler: &mut Sampler, kind: Kind) -> Option<Consensus> {
+    let found = match kind {
+        Kind::Depth => msac::<4, 6>(points, search, sampler),
+        Kind::Flat => msac::<3, 4>(points, search, sampler),
+    }?;
     let threshold = search.scales.narrowest();
     let inliers = inliers_of(points, &found.projection, threshold);
     Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
@@ -35,9 +57,9 @@ pub(super) fn sampled<const D: usize>(points: &Points, search: &Search, sampler:
 
 /// Refinement on the inliers of a search: the paper's algorithm 1, and once more on those that are exact. Without that the
 /// model depends on which of the matches near the paper's wide threshold, mostly wrong ones, a sample happens to let in.
-pub(super) fn published<const D: usize>(points: &Points, found: Consensus) -> Option<Consensus> {
-    let projection = fitted::<D>(points, &found.inliers, Some(found.projection), FINE)?;
-    polished::<D>(points, Consensus { projection, ..found })
+pub(super) fn published(points: &Points, found: Consensus, kind: Kind) -> Option<Consensus> {
+    let projection = fitted(points, &found.inliers, Some(found.projection), FINE, kind)?;
+    polished(points, Consensus { projection, ..found }, kind)
 }
 
 /// From what a search at all scales found down to the narrowest.
@@ -46,10 +68,10 @@ pub(super) fn published<const D: usize>(points: &Points, found: Consensus) -> Op
 /// let wrong matches in on the way. The model of the lower cost wins. When the narrowest threshold keeps less than three
 /// quarters of what the widest does, the next wider one that keeps more is used: the model is not as exact as the caller
 /// hoped.
-pub(super) fn narrowed<const D: usize>(points: &Points, scales: &Scales, found: Consensus) -> Option<Consensus> {
+pub(super) fn narrowed(points: &Points, scales: &Scales, found: Consensus, kind: Kind) -> Option<Consensus> {
     let wide = count(&inliers_of(points, &found.projection, scales.widest()));
-    let steps = descent::<D>(points, found.projection, scales.widest(), scales.narrowest());
-    let at_once = settled::<D>(points, found.projection, scales.narrowest());
+    let steps = descent(points, found.projection, scales.widest(), scales.narrowest(), kind);
+    let at_once = settled(points, found.projection, scales.narrowest(), kind);
     let cost = |c: &Consensus| scales.cost(points, &c.projection, f64::INFINITY);
     let mut chosen = match (steps, at_once) {
         (Some(a), Some(b)) => {
@@ -63,22 +85,22 @@ pub(super) fn narrowed<const D: usize>(points: &Points, scales: &Scales, found: 
     };
     while 4 * chosen.count() < 3 * wide && chosen.threshold < scales.widest() {
         let threshold = (chosen.threshold / STEP).min(scales.widest());
-        chosen = descent::<D>(points, found.projection, scales.widest(), threshold)?;
+        chosen = descent(points, found.projection, scales.widest(), threshold, kind)?;
     }
-    Some(Consensus { trials: found.trials, ..polished::<D>(points, chosen)? })
+    Some(Consensus { trials: found.trials, ..polished(points, chosen, kind)? })
 }
 
 /// Fits once more to the inliers that are as exact as most of them, then chooses the inliers at their threshold again:
 /// within a threshold of pixels, the few matches near it are mostly wrong or at wrong depths, and would weigh the most.
-fn polished<const D: usize>(points: &Points, consensus: Consensus) -> Option<Consensus> {
+fn polished(points: &Points, consensus: Consensus, kind: Kind) -> Option<Consensus> {
     let errors: Vec<f64> =
         points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
     let sigma = median(errors)?.sqrt() / 1.177;
     let threshold = (3.0 * sigma).max(0.01 * consensus.threshold).min(consensus.threshold);
-    let core = settled::<D>(points, consensus.projection, threshold);
+    let core = settled(points, consensus.projection, threshold, kind);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
-    let projection = fitted::<D>(points, &core.inliers, Some(core.projection), FINE)?;
+    let projection = fitted(points, &core.inliers, Some(core.projection), FINE, kind)?;
     let inliers = inliers_of(points, &projection, consensus.threshold);
     let support = core.inliers.iter().zip(&inliers).map(|(a, b)| *a && *b).collect();
     Some(Consensus { projection, inliers, support, ..consensus })
@@ -92,20 +114,20 @@ pub(super) const FINE: f64 = 1e-10;
 const STEP: f64 = 0.6;
 
 /// Narrows the threshold from `from` to `to`, refitting at each step, and settles there.
-fn descent<const D: usize>(points: &Points, mut projection: Projection, from: f64, to: f64) -> Option<Consensus> {
+fn descent(points: &Points, mut projection: Projection, from: f64, to: f64, kind: Kind) -> Option<Consensus> {
     let mut threshold = from;
     while threshold > to {
-        projection = fitted::<D>(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE)?;
+        projection = fitted(points, &inliers_of(points, &projection, threshold), Some(projection), COARSE, kind)?;
         threshold *= STEP;
     }
-    settled::<D>(points, projection, to)
+    settled(points, projection, to, kind)
 }
 
 /// Refits to the inliers and chooses them anew until they stay the same.
-fn settled<const D: usize>(points: &Points, mut projection: Projection, threshold: f64) -> Option<Consensus> {
+fn settled(points: &Points, mut projection: Projection, threshold: f64, kind: Kind) -> Option<Consensus> {
     let mut inliers = inliers_of(points, &projection, threshold);
     for _ in 0..20 {
-        projection = fitted::<D>(points, &inliers, Some(projection), COARSE)?;
+        projection = fitted(points, &inliers, Some(projection), COARSE, kind)?;
         let next = inliers_of(points, &projection, threshold);
         if next == inliers {
             break;
@@ -117,16 +139,20 @@ fn settled<const D: usize>(points: &Points, mut projection: Projection, threshol
 
 /// Least squares on the flagged matches, from the linear fit to them or `start`, whichever is nearer. `None` when they do
 /// not determine the model.
-pub(super) fn fitted<const D: usize>(
+pub(super) fn fitted(
     points: &Points,
     inliers: &[bool],
     start: Option<Projection>,
     tolerance: f64,
+    kind: Kind,
 ) -> Option<Projection> {
-    if count(inliers) < D + 2 - usize::from(D == 3) {
+    if count(inliers) < kind.sample() {
         return None;
     }
-    let linear = refit::<D>(points, inliers);
+    let linear = match kind {
+        Kind::Depth => refit::<4>(points, inliers),
+        Kind::Flat => refit::<3>(points, inliers),
+    };
     let chosen = points.select(inliers);
     let sum = |p: &Projection| chosen.errors(p).sum::<f64>();
     let start = match (linear, start) {
@@ -135,7 +161,7 @@ pub(super) fn fitted<const D: usize>(
     };
     // A wrong depth can put a match behind the camera, where there is nothing to descend.
     let front: Vec<bool> = (0..chosen.len()).map(|i| chosen.third(&start, i) > 0.0).collect();
-    Some(refine(&chosen.select(&front), &start, D, tolerance))
+    Some(refine(&chosen.select(&front), &start, kind.columns(), tolerance))
 }
 
 /// Homographies one after the other, each the best for the matches the ones before left over (Zaragoza et al. 2014):
@@ -152,7 +178,7 @@ pub(super) fn many_homographies(
     for _ in 0..MOST {
         let left: Vec<usize> = (0..points.len()).filter(|&i| !union[i]).collect();
         let rest = points.select(&union.iter().map(|f| !f).collect::<Vec<_>>());
-        let Some(found) = sampled::<3>(&rest, search, sampler) else { break };
+        let Some(found) = sampled(&rest, search, sampler, Kind::Flat) else { break };
         trials += found.trials;
         if found.count() < enough(left.len()) {
             break;

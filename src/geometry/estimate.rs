@@ -1,13 +1,14 @@
 //! The robust fit from end to end.
 
+use super::calibration::{Calibrated, calibrate};
 use super::clean::{Usable, clean, spread};
-use super::consensus::{Consensus, FINE, fitted, many_homographies, narrowed, published, sampled, scales};
+use super::consensus::{Consensus, FINE, Kind, fitted, many_homographies, narrowed, published, sampled, scales};
 use super::parallax::observable;
 use super::points::{Normalisation, Points};
 use super::ransac::{Search, count, inliers_of};
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median};
-use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
+use super::{Calibration, Comparison, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
 use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::report::Warning;
@@ -17,7 +18,7 @@ use crate::{Error, Result, Stage};
 const DEPTH_SAMPLE: usize = 6;
 const FLAT_SAMPLE: usize = 4;
 /// Below it (less than three matches per number of the model) the fit is worth a look.
-const FEW: usize = 30;
+pub(super) const FEW: usize = 30;
 /// Points closer to a line than this standard deviation, in pixels, determine no map: features are not localised better.
 const LEAST_SPREAD: f64 = 0.5;
 /// The paper's threshold, where the search for a narrow consensus starts.
@@ -58,8 +59,20 @@ pub fn estimate(
         } else {
             let fit = Fit::new(&deep, options);
             match fit.depth(options, observer) {
-                Ok(Some((consensus, models))) => {
-                    return fit.finish(matches.len(), consensus, models, ModelKind::Depth, warnings);
+                Ok(Some((mut consensus, mut models))) => {
+                    let sizes = [target.size, reference.size];
+                    let calibrated = fit.calibrated(&consensus, &models, sizes, options);
+                    report(observer, Stage::Estimate, 0.9)?;
+                    let comparison = calibrated.as_ref().map(|(_, c)| c.comparison);
+                    let (mut kind, mut focal) = (ModelKind::Depth, None);
+                    if let Some((cameras, found)) = calibrated
+                        && chosen(&found.comparison, options.calibration)
+                    {
+                        (consensus, models) = (cameras, found.models);
+                        (kind, focal) = (ModelKind::Calibrated, Some(found.focal));
+                    }
+                    let found = fit.finish(matches.len(), consensus, models, kind, warnings)?;
+                    return Ok(Estimate { focal, comparison, ..found });
                 }
                 Ok(None) => {}
                 Err(error @ Error::NoConsensus { .. }) => refused = Some(error),
@@ -82,6 +95,8 @@ pub fn estimate(
 /// The matches of one fit, in both directions, with what the search needs to know of them.
 struct Fit<'a> {
     matches: &'a [Usable],
+    /// Forward and reverse, in pixels.
+    pixels: [Points; 2],
     forward: (Normalisation, Points),
     reverse: (Normalisation, Points),
     /// The user's threshold, normalised, and the same in pixels.
@@ -97,18 +112,18 @@ impl<'a> Fit<'a> {
             forward.push(m.target, m.target_depth, m.reference);
             reverse.push(m.reference, m.reference_depth, m.target);
         }
-        let normalise = |points: Points| {
-            let normalisation = Normalisation::of(&points);
-            (normalisation, normalisation.apply(&points))
-        };
-        let (forward, reverse) = (normalise(forward), normalise(reverse));
+        let pixels = [forward, reverse];
+        let [forward, reverse] = [0, 1].map(|k| {
+            let normalisation = Normalisation::of(&pixels[k]);
+            (normalisation, normalisation.apply(&pixels[k]))
+        });
         let threshold = match options.threshold {
             Threshold::Pixels(t) => t * forward.0.scale(),
             Threshold::Normalised(t) => t,
         };
         // A rectangle of the same covariance: wrong matches are no more spread than the features are.
         let [narrow, wide] = spread(matches.iter().map(|m| m.reference));
-        Self { matches, forward, reverse, threshold, area: 12.0 * narrow * wide }
+        Self { matches, pixels, forward, reverse, threshold, area: 12.0 * narrow * wide }
     }
 
     fn search(&self, options: &EstimateOptions) -> Search {
@@ -124,14 +139,14 @@ impl<'a> Fit<'a> {
         }
     }
 
-    fn consensus<const D: usize>(&self, options: &EstimateOptions, sampler: &mut Sampler) -> Option<Consensus> {
-        self.completed::<D>(options, sampled::<D>(&self.forward.1, &self.search(options), sampler)?)
+    fn consensus(&self, options: &EstimateOptions, sampler: &mut Sampler, kind: Kind) -> Option<Consensus> {
+        self.completed(options, sampled(&self.forward.1, &self.search(options), sampler, kind)?, kind)
     }
 
-    fn completed<const D: usize>(&self, options: &EstimateOptions, found: Consensus) -> Option<Consensus> {
+    fn completed(&self, options: &EstimateOptions, found: Consensus, kind: Kind) -> Option<Consensus> {
         match options.threshold {
-            Threshold::Pixels(_) => narrowed::<D>(&self.forward.1, &self.search(options).scales, found),
-            Threshold::Normalised(_) => published::<D>(&self.forward.1, found),
+            Threshold::Pixels(_) => narrowed(&self.forward.1, &self.search(options).scales, found, kind),
+            Threshold::Normalised(_) => published(&self.forward.1, found, kind),
         }
     }
 
@@ -153,9 +168,9 @@ impl<'a> Fit<'a> {
         let points = &self.forward.1;
         let mut sampler = Sampler::new(options.seed);
         let deep = match options.robust_fit {
-            RobustFit::Depth => self.consensus::<4>(options, &mut sampler),
+            RobustFit::Depth => self.consensus(options, &mut sampler, Kind::Depth),
             RobustFit::Homography => self
-                .consensus::<3>(options, &mut sampler)
+                .consensus(options, &mut sampler, Kind::Flat)
                 .and_then(|flat| self.on_inliers(flat.inliers, flat.threshold, flat.trials)),
             RobustFit::MultiHomography => {
                 let search = Search { scales: scales(self.threshold, self.threshold), ..self.search(options) };
@@ -170,7 +185,7 @@ impl<'a> Fit<'a> {
         // The paper's comparisons fit the depth model to whatever inliers they chose, outliers included, and those would
         // make a homography look as good.
         if options.robust_fit == RobustFit::Depth
-            && let Some(flat) = sampled::<3>(points, &self.search(options), &mut sampler)
+            && let Some(flat) = sampled(points, &self.search(options), &mut sampler, Kind::Flat)
         {
             deep.trials += flat.trials;
             if self.flat_suffices(&deep, flat, options) {
@@ -178,16 +193,43 @@ impl<'a> Fit<'a> {
             }
         }
         report(observer, Stage::Estimate, 0.8)?;
-        let reverse = fitted::<4>(&self.reverse.1, &deep.support, None, FINE);
+        let reverse = fitted(&self.reverse.1, &deep.support, None, FINE, Kind::Depth);
         Ok(reverse.map(|reverse| {
             let models = [self.forward.0.model(&deep.projection), self.reverse.0.model(&reverse)];
             (deep, models)
         }))
     }
 
+    /// Two calibrated cameras in place of the free models, with their inliers; `None` when fewer matches agree with them
+    /// than with chance.
+    fn calibrated(
+        &self,
+        free: &Consensus,
+        models: &[Model; 2],
+        sizes: [(usize, usize); 2],
+        options: &EstimateOptions,
+    ) -> Option<(Consensus, Calibrated)> {
+        if options.calibration == Calibration::Off {
+            return None;
+        }
+        let found = calibrate(
+            &self.pixels,
+            &free.inliers,
+            sizes,
+            models,
+            free.threshold / self.forward.0.scale(),
+            options.focal,
+        )?;
+        let projection = self.forward.0.projection(&found.models[0]);
+        let inliers = inliers_of(&self.forward.1, &projection, free.threshold);
+        let consensus = Consensus { projection, support: inliers.clone(), inliers, ..*free };
+        self.believed(&consensus, DEPTH_SAMPLE).ok()?;
+        Some((consensus, found))
+    }
+
     /// The depth model on inliers that homographies chose.
     fn on_inliers(&self, inliers: Vec<bool>, threshold: f64, trials: u32) -> Option<Consensus> {
-        let projection = fitted::<4>(&self.forward.1, &inliers, None, FINE)?;
+        let projection = fitted(&self.forward.1, &inliers, None, FINE, Kind::Depth)?;
         Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials })
     }
 
@@ -198,7 +240,7 @@ impl<'a> Fit<'a> {
         if 10 * count(&inliers_of(points, &flat.projection, deep.threshold)) < 7 * deep.count() {
             return false;
         }
-        let flat = self.completed::<3>(options, flat).filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok());
+        let flat = self.completed(options, flat, Kind::Flat).filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok());
         flat.is_some_and(|flat| {
             !observable(points, &deep.inliers, &deep.projection, &flat.projection, normalisation.scale())
         })
@@ -206,15 +248,12 @@ impl<'a> Fit<'a> {
 
     fn homography(&self, options: &EstimateOptions, observer: &mut dyn Observer) -> Result<(Consensus, [Model; 2])> {
         let matches = self.matches.len();
-        let consensus = self.consensus::<3>(options, &mut Sampler::new(options.seed));
+        let consensus = self.consensus(options, &mut Sampler::new(options.seed), Kind::Flat);
         report(observer, Stage::Estimate, 0.8)?;
         let consensus = consensus.ok_or(Error::NoConsensus { matches, inliers: 0, needed: FLAT_SAMPLE })?;
         self.believed(&consensus, FLAT_SAMPLE)?;
-        let reverse = fitted::<3>(&self.reverse.1, &consensus.support, None, FINE).ok_or(Error::NoConsensus {
-            matches,
-            inliers: consensus.count(),
-            needed: FLAT_SAMPLE,
-        })?;
+        let reverse = fitted(&self.reverse.1, &consensus.support, None, FINE, Kind::Flat)
+            .ok_or(Error::NoConsensus { matches, inliers: consensus.count(), needed: FLAT_SAMPLE })?;
         let models = [self.forward.0.model(&consensus.projection), self.reverse.0.model(&reverse)];
         Ok((consensus, models))
     }
@@ -231,12 +270,7 @@ impl<'a> Fit<'a> {
             self.matches.iter().zip(&consensus.inliers).filter(|(_, f)| **f).map(|(m, _)| *m).collect();
         check_spread(&inlying)?;
         let (inliers, usable) = (count(&consensus.inliers), self.matches.len());
-        if inliers < FEW {
-            warnings.push(Warning::FewInliers { inliers });
-        }
-        if 2 * inliers < usable {
-            warnings.push(Warning::LowInlierRatio { ratio: inliers as f64 / usable as f64 });
-        }
+        warnings.extend(remarks(inliers, usable));
         let threshold = consensus.threshold / self.forward.0.scale();
         if consensus.threshold > self.threshold * (1.0 + 1e-9) {
             warnings.push(Warning::ThresholdWidened { threshold });
@@ -261,9 +295,27 @@ impl<'a> Fit<'a> {
             threshold,
             trials: consensus.trials,
             residual,
+            focal: None,
+            comparison: None,
             warnings,
         })
     }
+}
+
+fn chosen(comparison: &Comparison, calibration: Calibration) -> bool {
+    calibration == Calibration::Always || comparison.calibrated.total() < comparison.free.total()
+}
+
+/// What a person should know of so many inliers.
+pub(super) fn remarks(inliers: usize, usable: usize) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if inliers < FEW {
+        warnings.push(Warning::FewInliers { inliers });
+    }
+    if 2 * inliers < usable {
+        warnings.push(Warning::LowInlierRatio { ratio: inliers as f64 / usable as f64 });
+    }
+    warnings
 }
 
 fn transfer_error(model: &Model, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> f64 {
@@ -278,6 +330,11 @@ fn check(options: &EstimateOptions) -> Result<()> {
     }
     if !(options.confidence > 0.0 && options.confidence < 1.0) {
         return invalid("confidence", "between 0 and 1", options.confidence);
+    }
+    if let Some(focal) = options.focal
+        && !(focal > 0.0 && focal.is_finite())
+    {
+        return invalid("focal", "a positive number", focal);
     }
     if options.max_trials == 0 {
         return invalid("maxTrials", "at least 1", 0.0);

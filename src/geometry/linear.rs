@@ -16,14 +16,11 @@ pub(super) type Square<const D: usize> = [[f64; D]; D];
 ///
 /// `None` when the matches do not determine it: a coordinate that the ones before explain but for the share
 /// `min_pivot` of its variance means that they lie on one line or in one spot (y), or on one plane of depth (d).
-pub(super) fn fit<const D: usize>(
-    points: &Points,
-    indices: impl Iterator<Item = usize>,
-    min_pivot: f64,
-) -> Option<Projection> {
+#[inline(never)]
+pub(super) fn fit<const D: usize>(points: &Points, indices: &[usize], min_pivot: f64) -> Option<Projection> {
     // In the order 1, x, y, d, so that each pivot is the variance that the coordinates before leave unexplained.
     let (mut s, mut su, mut sv, mut q) = ([[0.0; D]; D], [[0.0; D]; D], [[0.0; D]; D], [[0.0; D]; D]);
-    for i in indices {
+    for &i in indices {
         let m = [1.0, points.x[i], points.y[i], points.d[i]];
         let (u, v) = (points.u[i], points.v[i]);
         let square = u * u + v * v;

@@ -1,19 +1,26 @@
 //! Robust fit and epipolar geometry from matches and depth (paper, section 3.1).
 
+mod calibration;
+mod cameras;
 mod clean;
 mod consensus;
 mod estimate;
+mod levenberg_marquardt;
 mod linear;
 mod model;
 mod parallax;
 mod points;
 mod ransac;
 mod refine;
+mod reprojection;
 mod sampler;
-mod statistics;
+pub(crate) mod statistics;
+mod two_view;
 
 pub use estimate::estimate;
 pub use model::{Match, Model};
+pub(crate) use sampler::Sampler;
+pub use two_view::{TwoView, continue_outside, derive_depth, derive_missing, two_view};
 
 use crate::InverseDepth;
 use crate::report::Warning;
@@ -44,6 +51,18 @@ impl Threshold {
     pub const PAPER: Threshold = Threshold::Normalised(0.1);
 }
 
+/// Whether the model of two calibrated cameras, rotation, translation and one focal length, may replace the free one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Calibration {
+    /// Never: the paper's model.
+    Off,
+    /// When it explains the matches as well, less what fewer numbers must be expected to explain less.
+    #[default]
+    Auto,
+    /// Wherever there is parallax.
+    Always,
+}
+
 /// Options of [`estimate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
@@ -55,6 +74,10 @@ pub struct EstimateOptions {
     pub confidence: f64,
     /// Most samples to draw.
     pub max_trials: u32,
+    /// Whether two calibrated cameras may replace the free model.
+    pub calibration: Calibration,
+    /// Focal length in pixels of the target, when known to about two per cent.
+    pub focal: Option<f64>,
     /// Seed of the sampler; the same seed gives the same bytes.
     pub seed: u32,
 }
@@ -66,6 +89,8 @@ impl Default for EstimateOptions {
             threshold: Threshold::Pixels(3.0),
             confidence: 0.99,
             max_trials: 2000,
+            calibration: Calibration::Auto,
+            focal: None,
             seed: 1,
         }
     }
@@ -85,8 +110,39 @@ pub struct Frame<'a> {
 pub enum ModelKind {
     /// x' ~ H∞ x̃ + e'·d(x).
     Depth,
+    /// The same, of two pinhole cameras with square pixels, one focal length, and the principal points at the centres.
+    Calibrated,
     /// x' ~ H x̃, with e' = 0.
     Homography,
+    /// x' ~ H x̃ + e'·g(x) with relative inverse depth g from the two photos alone.
+    TwoView,
+}
+
+/// How well models explain the matches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Σ min(x, 9) over all usable matches and both directions, x the squared error in standard deviations: of the points
+    /// across the epipolar line, of the inverse depth along it.
+    pub cost: f64,
+    /// What the models' numbers cost: k·ln 4n, with k = 22 free or 10 calibrated numbers and n matches of four coordinates
+    /// (Bayesian information criterion).
+    pub penalty: f64,
+}
+
+impl Score {
+    /// The smaller, the better.
+    pub fn total(&self) -> f64 {
+        self.cost + self.penalty
+    }
+}
+
+/// Free against calibrated models.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// H∞ and e' of each direction by themselves.
+    pub free: Score,
+    /// Two cameras.
+    pub calibrated: Score,
 }
 
 /// Both models and how they were found.
@@ -108,6 +164,10 @@ pub struct Estimate {
     pub trials: u32,
     /// Median transfer error of the inliers in pixels, forward and reverse.
     pub residual: [f64; 2],
+    /// Focal length in pixels of the target: of calibrated models only. The reference's is the same share of its diagonal.
+    pub focal: Option<f64>,
+    /// How the free and the calibrated models compared, when both were fitted.
+    pub comparison: Option<Comparison>,
     /// What a person should know about the fit.
     pub warnings: Vec<Warning>,
 }

@@ -27,6 +27,14 @@ impl Model {
         Self { h, e: Vector3::zeros() }
     }
 
+    /// The model back, (H⁻¹, −H⁻¹e): what has depth d and a third coordinate λ here has d/λ there. `None` when H has no
+    /// inverse.
+    pub fn inverse(&self) -> Option<Self> {
+        let h = self.h.try_inverse()?;
+        let inverse = Self { h, e: -(h * self.e) };
+        inverse.is_finite().then_some(inverse)
+    }
+
     /// Whether depth plays a part.
     pub fn has_parallax(&self) -> bool {
         self.e != Vector3::zeros()
@@ -46,6 +54,14 @@ impl Model {
             h[(1, 0)] * x + h[(1, 1)] * y + h[(1, 2)] + e[1] * d,
             h[(2, 0)] * x + h[(2, 1)] * y + h[(2, 2)] + e[2] * d,
         ]
+    }
+
+    /// Distance in pixels of a point of the other photo from the epipolar line of (x, y): what no inverse depth brings
+    /// closer. `None` without a line: without parallax, or at the epipole.
+    pub fn epipolar_distance(&self, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> Option<f64> {
+        let line = self.e.cross(&(self.h * Vector3::new(x, y, 1.0)));
+        let length = (line[0] * line[0] + line[1] * line[1]).sqrt();
+        (length > 0.0).then(|| (line[0] * u + line[1] * v + line[2]).abs() / length)
     }
 
     /// Image of (x, y) with inverse depth d in pixels, or `None` behind the camera.

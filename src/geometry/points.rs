@@ -22,6 +22,7 @@ impl Points {
         self.x.len()
     }
 
+    #[inline(never)]
     pub fn push(&mut self, source: [f64; 2], depth: f64, destination: [f64; 2]) {
         self.x.push(source[0]);
         self.y.push(source[1]);
@@ -32,8 +33,18 @@ impl Points {
 
     /// The matches whose flag is set.
     pub fn select(&self, flags: &[bool]) -> Points {
-        let pick = |a: &[f64]| a.iter().zip(flags).filter(|(_, f)| **f).map(|(v, _)| *v).collect();
-        Points { x: pick(&self.x), y: pick(&self.y), d: pick(&self.d), u: pick(&self.u), v: pick(&self.v) }
+        self.picked((0..self.len()).filter(|&i| flags[i]))
+    }
+
+    /// At most `most` of the matches, evenly.
+    pub fn thinned(&self, most: usize) -> Points {
+        self.picked((0..self.len()).step_by(self.len().div_ceil(most).max(1)))
+    }
+
+    fn picked(&self, indices: impl Iterator<Item = usize>) -> Points {
+        let mut picked = Points::default();
+        indices.for_each(|i| picked.push([self.x[i], self.y[i]], self.d[i], [self.u[i], self.v[i]]));
+        picked
     }
 
     /// Third coordinate of the image of match `i`, positive in front of the camera.
@@ -137,6 +148,33 @@ impl Normalisation {
         }
     }
 
+    /// From the centre of each photo, in its diagonals; the depth as in [`Normalisation::of`].
+    pub fn from_centres(points: &Points, source: (usize, usize), destination: (usize, usize)) -> Self {
+        let centred = |(w, h): (usize, usize)| {
+            let (w, h) = (w as f64, h as f64);
+            let s = 1.0 / (w * w + h * h).sqrt();
+            [s, -s * 0.5 * (w - 1.0), -s * 0.5 * (h - 1.0)]
+        };
+        Self { source: centred(source), destination: centred(destination), ..Self::of(points) }
+    }
+
+    /// A depth, normalised.
+    pub fn depth(&self, d: f64) -> f64 {
+        self.depth[0] * d + self.depth[1]
+    }
+
+    /// `model` in normalised coordinates.
+    pub fn projection(&self, model: &Model) -> Projection {
+        let ([s, sx, sy], [k, kd], [r, ru, rv]) = (self.source, self.depth, self.destination);
+        let row = |i: usize| {
+            let [a, b, c, e] = [model.h[(i, 0)] / s, model.h[(i, 1)] / s, model.h[(i, 2)], model.e[i] / k];
+            [a, b, c - a * sx - b * sy - e * kd, e]
+        };
+        let w = row(2);
+        let lower = |a: [f64; 4], shift: f64| [0, 1, 2, 3].map(|j| r * a[j] + shift * w[j]);
+        [lower(row(0), ru), lower(row(1), rv), w]
+    }
+
     /// The matches in normalised coordinates.
     pub fn apply(&self, points: &Points) -> Points {
         let affine = |a: &[f64], scale: f64, shift: f64| a.iter().map(|v| scale * v + shift).collect();
@@ -153,6 +191,11 @@ impl Normalisation {
     /// Normalised units per pixel of the destination.
     pub fn scale(&self) -> f64 {
         self.destination[0]
+    }
+
+    /// Normalised units per pixel of the source.
+    pub fn source_scale(&self) -> f64 {
+        self.source[0]
     }
 
     /// The model in pixels that belongs to `p` in normalised coordinates.

@@ -48,7 +48,7 @@ pub(super) fn msac<const D: usize, const K: usize>(
     while f64::from(trials) < needed && n >= K {
         trials += 1;
         let sample: [usize; K] = sampler.sample(n);
-        let Some(model) = fit::<D>(points, sample.into_iter(), SAMPLE_SPREAD) else { continue };
+        let Some(model) = fit::<D>(points, &sample, SAMPLE_SPREAD) else { continue };
         let Some(mut model) = oriented(model, points, &sample) else { continue };
         let sampled = scales.cost(points, &model, cost);
         if sampled >= cost {
@@ -78,10 +78,10 @@ pub(super) fn msac<const D: usize, const K: usize>(
 
 /// The linear fit to the flagged matches, most of them in front of the camera.
 pub(super) fn refit<const D: usize>(points: &Points, inliers: &[bool]) -> Option<Projection> {
-    let indices = || inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i);
-    let model = fit::<D>(points, indices(), FIT_SPREAD)?;
-    let behind = indices().filter(|&i| points.third(&model, i) < 0.0).count();
-    Some(if 2 * behind > count(inliers) { negated(model) } else { model })
+    let indices: Vec<usize> = inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i).collect();
+    let model = fit::<D>(points, &indices, FIT_SPREAD)?;
+    let behind = indices.iter().filter(|&&i| points.third(&model, i) < 0.0).count();
+    Some(if 2 * behind > indices.len() { negated(model) } else { model })
 }
 
 /// The projection or its negative, whichever has the sample in front of the camera; `None` when it is on both sides.

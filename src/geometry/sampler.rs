@@ -1,8 +1,8 @@
-//! Random samples of matches, the same on every machine.
+//! Random numbers, the same on every machine.
 
 /// PCG32 (O'Neill 2014, XSH-RR 64/32).
 #[derive(Debug, Clone)]
-pub(super) struct Sampler {
+pub(crate) struct Sampler {
     state: u64,
 }
 
@@ -22,13 +22,18 @@ impl Sampler {
         ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
     }
 
+    /// A number below `n`. The bias of the multiply-shift is below n/2³²: nothing to a consensus.
+    #[inline]
+    pub fn below(&mut self, n: usize) -> usize {
+        ((u64::from(self.next()) * n as u64) >> 32) as usize
+    }
+
     /// K different indices below `n`, which must be at least K.
     pub fn sample<const K: usize>(&mut self, n: usize) -> [usize; K] {
         let mut picked = [0; K];
         for i in 0..K {
             picked[i] = loop {
-                // The bias of the multiply-shift is below n/2³², nothing to a consensus.
-                let index = ((u64::from(self.next()) * n as u64) >> 32) as usize;
+                let index = self.below(n);
                 if !picked[..i].contains(&index) {
                     break index;
                 }

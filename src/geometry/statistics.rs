@@ -1,10 +1,15 @@
 //! Order statistics, and whether a consensus is more than chance.
 
-/// The upper median; `None` of no values. By Hoare's selection: an instantiation of the standard library's sort would be
-/// several kilobytes of wasm.
-#[inline(never)]
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+/// The upper median; `None` of no values.
+pub(crate) fn median(values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
+    nth(values, middle)
+}
+
+/// The value that `middle` others precede in order; `None` when there are not so many. By Hoare's selection: an
+/// instantiation of the standard library's sort would be several kilobytes of wasm.
+#[inline(never)]
+pub(crate) fn nth(mut values: Vec<f64>, middle: usize) -> Option<f64> {
     let (mut low, mut high) = (0, values.len().checked_sub(1)?);
     while low < high {
         let pivot = values[low + (high - low) / 2];

@@ -1,0 +1,111 @@
+//! The other photo's inverse depth from one map.
+
+use super::continuation::continued;
+use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
+use crate::image::{reserve, zeroed};
+use crate::observer::{Observer, report};
+use crate::{InverseDepth, Result, Stage};
+
+/// Inverse depth of the `other` photo (width, height), from the map of the first and the `model` that takes it there.
+///
+/// What the first photo shows with d appears in the other with d/λ, λ being the third coordinate of its image; the model
+/// back is [`Model::inverse`]. Where several things meet, the nearest, of the largest d, is seen. What the first photo
+/// does not show is continued from around, as [`super::continue_outside`] does. Holes of the map are nowhere.
+///
+/// `None` when hardly any of the map lands on the other photo, or the model has no inverse.
+///
+/// # Errors
+/// `out-of-memory`, `aborted`.
+pub fn derive_depth(
+    depth: &InverseDepth,
+    model: &Model,
+    other: (usize, usize),
+    observer: &mut dyn Observer,
+) -> Result<Option<InverseDepth>> {
+    let Some(reverse) = model.inverse() else { return Ok(None) };
+    let (w, h) = other;
+    let mut seen: Vec<f32> = Vec::new();
+    reserve(&mut seen, w * h)?;
+    seen.resize(w * h, f32::NAN);
+    // The d in front; 0 also where nothing is.
+    let mut front: Vec<f32> = zeroed(w * h)?;
+    let at = |x: usize, y: usize| {
+        let d = depth.data()[y * depth.width() + x];
+        let [u, v, third] = model.transform(x as f64, y as f64, f64::from(d));
+        (third > 0.0).then(|| ([u / third, v / third], (f64::from(d) / third) as f32, d))
+    };
+    for y in 0..depth.height() {
+        if y % 256 == 0 {
+            report(observer, Stage::Depth, 0.5 * y as f32 / depth.height() as f32)?;
+        }
+        for x in 0..depth.width() {
+            let Some((place, value, d)) = at(x, y) else { continue };
+            // As large as the pixel appears, so that no gaps are left where the other photo is closer.
+            let mut half = [0.5; 2];
+            for next in [(x + 1, y), (x, y + 1)] {
+                if next.0 < depth.width()
+                    && next.1 < depth.height()
+                    && let Some((next, _, _)) = at(next.0, next.1)
+                {
+                    for k in 0..2 {
+                        let apart = 0.5 * (next[k] - place[k]).abs();
+                        // What is farther apart is another thing.
+                        if apart > half[k] && apart < 1.5 {
+                            half[k] = apart;
+                        }
+                    }
+                }
+            }
+            let range = |k: usize, size: usize| {
+                let from = (place[k] - half[k]).ceil().max(0.0) as usize;
+                let to = ((place[k] + half[k]).floor() + 1.0).max(0.0).min(size as f64) as usize;
+                from..to
+            };
+            for v in range(1, h) {
+                for u in range(0, w) {
+                    let i = v * w + u;
+                    if seen[i].is_nan() || d > front[i] {
+                        (seen[i], front[i]) = (value, d);
+                    }
+                }
+            }
+        }
+    }
+    let seen = InverseDepth::from_values(seen, w, h)?;
+    continued(&seen, &reverse, None, observer)
+}
+
+/// The missing one of two maps: of the photo whose frame has none, derived from the other's by the model that the matches
+/// fix with that one alone.
+///
+/// `None` when not exactly one is missing, and when the map that is there gives no model with parallax.
+///
+/// # Errors
+/// Those of [`estimate`]; `out-of-memory`, `aborted`.
+pub fn derive_missing(
+    matches: &[Match],
+    target: Frame<'_>,
+    reference: Frame<'_>,
+    options: &EstimateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Option<InverseDepth>> {
+    let swapped: Vec<Match>;
+    let (matches, from, depth, to) = match (target.depth, reference.depth) {
+        (Some(depth), None) => (matches, target, depth, reference),
+        (None, Some(depth)) => {
+            swapped = matches.iter().map(|m| Match { target: m.reference, reference: m.target }).collect();
+            (&swapped[..], reference, depth, target)
+        }
+        _ => return Ok(None),
+    };
+    // The model from the one photo to the other does not depend on the other's depth: any that is no plane will do.
+    let (w, h) = to.size;
+    let saddle = InverseDepth::constant(0.0, w, h)?
+        .map_indexed(|i, _| ((i % w) as f64 / w as f64 * ((i / w) as f64 / h as f64)) as f32)?;
+    let options = EstimateOptions { calibration: Calibration::Off, ..options.clone() };
+    let found = estimate(matches, from, Frame { depth: Some(&saddle), ..to }, &options, observer)?;
+    if found.kind == ModelKind::Homography {
+        return Ok(None);
+    }
+    derive_depth(depth, &found.forward, to.size, observer)
+}

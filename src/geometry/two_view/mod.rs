@@ -1,0 +1,209 @@
+//! Inverse depth from the two photos alone: epipolar geometry, plane and parallax, a dense map through the matches.
+
+mod affine;
+mod continuation;
+mod densify;
+mod derive;
+mod fundamental;
+mod parallax;
+mod polish;
+mod pyramid;
+mod search;
+mod seven_point;
+mod units;
+
+pub use continuation::continue_outside;
+pub use derive::{derive_depth, derive_missing};
+
+use super::clean::{Usable, clean, spread};
+use super::consensus::scales;
+use super::estimate::{FEW, remarks};
+use super::points::{Points, Projection};
+use super::ransac::count;
+use super::sampler::Sampler;
+use super::statistics::{meaningful_consensus, median, nth};
+use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
+use crate::observer::{Observer, report};
+use crate::report::Warning;
+use crate::{Error, ImageView, InverseDepth, Result, Stage};
+use densify::{Kernel, Sample, Scattered};
+use parallax::{Parallax, plane_parallax};
+use search::{Epipolar, Search, search};
+use units::Units;
+
+/// The photos' diagonal in nodes of the dense maps.
+const NODES: f64 = 150.0;
+/// Without matches around of like colour the depth soon is that of the plane: guesses would differ between both photos.
+const KERNEL: Kernel = Kernel { ridge: 1e-4, far: 0.06, sharp: true };
+
+/// Geometry and depth of two photos.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoView {
+    /// Both models, of kind [`ModelKind::TwoView`], the reverse one being the inverse of the forward one: H⁻¹, −H⁻¹e. Or
+    /// the homography, when parallax is not observable. The residuals are distances from the epipolar lines.
+    pub geometry: Estimate,
+    /// Relative inverse depth of the target, of its size: 0 on the plane that most matches are near to, mean square 1 at
+    /// the matches. 0 everywhere with a homography.
+    pub target: InverseDepth,
+    /// The same of the reference: what the target shows with g appears there with g/λ, λ being the third coordinate of
+    /// its image.
+    pub reference: InverseDepth,
+    /// How well the maps foretell where a match is that did not take part in them, in pixels of the other photo: the 90th
+    /// percentile of the error, forward and reverse.
+    pub spread: [f64; 2],
+}
+
+/// Finds the epipolar geometry of the matches and a relative inverse depth of both photos that goes with it.
+///
+/// Two photos determine the depth up to an affine change, which leaves the map from one to the other as it is. Between the
+/// matches the depth follows the colours of the photos; far from all of them it is that of the plane most are near to.
+/// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
+/// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
+///
+/// # Errors
+/// Those of [`estimate`] without depth; `out-of-memory`, `aborted`.
+pub fn two_view(
+    matches: &[Match],
+    target: ImageView<'_>,
+    reference: ImageView<'_>,
+    options: &EstimateOptions,
+    observer: &mut dyn Observer,
+) -> Result<TwoView> {
+    let frames = [target, reference].map(|image| Frame { size: (image.width(), image.height()), depth: None });
+    // What a homography explains is no parallax; but where there is much of it, no homography may be found.
+    let flat = match estimate(matches, frames[0], frames[1], options, observer) {
+        Err(error @ Error::NoConsensus { .. }) => Err(error),
+        other => Ok(other?),
+    };
+    let usable = clean(matches, &frames[0], &frames[1]);
+    let scene = Scene::of(&usable, flat.as_ref().ok().map(|flat| &flat.forward), options);
+    report(observer, Stage::Depth, 0.1)?;
+    let Some(scene) = scene else {
+        let mut geometry = flat?;
+        geometry.warnings.retain(|w| *w != Warning::NoDepth);
+        geometry.warnings.insert(0, Warning::ParallaxUnobservable);
+        let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());
+        return Ok(TwoView { spread: geometry.residual, geometry, target: zero(target)?, reference: zero(reference)? });
+    };
+    let (target, forward) = scene.dense(&usable, 0, target, observer)?;
+    let (reference, reverse) = scene.dense(&usable, 1, reference, observer)?;
+    let geometry = scene.estimate(&usable, matches.len());
+    Ok(TwoView { geometry, target, reference, spread: [forward, reverse] })
+}
+
+/// Epipolar geometry with parallax.
+struct Scene {
+    epipolar: Epipolar,
+    /// In pixels, target to reference and back.
+    models: [Model; 2],
+    matches: Vec<Parallax>,
+    /// What chose the inliers, in pixels.
+    threshold: f64,
+}
+
+impl Scene {
+    /// `None` when the matches show no more parallax than `plane` explains.
+    fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
+        let mut points = Points::default();
+        usable.iter().for_each(|m| points.push(m.target, 0.0, m.reference));
+        let units = Units::of(&points);
+        let points = units.apply(&points);
+        let plane = plane.map(|plane| units.projection(plane));
+        let threshold = match options.threshold {
+            Threshold::Pixels(t) => t * units.scale,
+            Threshold::Normalised(t) => t,
+        };
+        // A match errs in one direction only, and a wide band along the epipolar lines lets many wrong ones in.
+        let scales = scales(threshold, threshold / 3.0);
+        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials };
+        let epipolar = search(&points, plane.as_ref(), &how, &mut Sampler::new(options.seed))?;
+        let chance = chance(usable, epipolar.threshold / units.scale);
+        let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
+        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale, chance);
+        if count(&epipolar.inliers) < needed || !plane.as_ref().is_none_or(shown) {
+            return None;
+        }
+        let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale)?;
+        let forward = units.model(&projection);
+        let models = [forward, forward.inverse()?];
+        // From a few no dense depth can be made.
+        (matches.len() >= needed.max(FEW)).then_some(Self {
+            threshold: epipolar.threshold / units.scale,
+            epipolar,
+            models,
+            matches,
+        })
+    }
+
+    /// The dense map of the target (side 0) or the reference (side 1), and its spread.
+    fn dense(
+        &self,
+        usable: &[Usable],
+        side: usize,
+        image: ImageView<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<(InverseDepth, f64)> {
+        let ends = self.matches.iter().map(|m| {
+            let point = if side == 0 { usable[m.index].target } else { usable[m.index].reference };
+            (point, m.depth[side], motion(&self.models[side], point, m.depth[side]))
+        });
+        // All points are localised alike, so a depth is the better known the more it moves its point.
+        let mean = ends.clone().map(|(_, _, motion)| motion * motion).sum::<f64>() / self.matches.len() as f64;
+        let samples: Vec<Sample> = ends
+            .clone()
+            .map(|(point, value, motion)| Sample { point, value, weight: motion * motion / mean })
+            .collect();
+        let mut scattered = Scattered::new(&samples, KERNEL, (image.width(), image.height()), Some(image));
+        let errors: Vec<f64> =
+            ends.enumerate().map(|(i, (_, depth, motion))| (scattered.without(i) - depth).abs() * motion).collect();
+        let most = 9 * errors.len() / 10;
+        Ok((scattered.dense(NODES, observer)?, nth(errors, most).unwrap_or(0.0)))
+    }
+
+    fn estimate(&self, usable: &[Usable], passed: usize) -> Estimate {
+        let mut inliers = vec![false; passed];
+        self.matches.iter().for_each(|m| inliers[usable[m.index].index] = true);
+        let residual = [0, 1].map(|side| {
+            let distances = self.matches.iter().map(|m| {
+                let (from, to) = (usable[m.index].target, usable[m.index].reference);
+                let (from, to) = if side == 0 { (from, to) } else { (to, from) };
+                distance(&self.models[side], from, to)
+            });
+            median(distances.collect()).unwrap_or(0.0)
+        });
+        let [forward, reverse] = self.models;
+        Estimate {
+            forward,
+            reverse,
+            inliers,
+            kind: ModelKind::TwoView,
+            usable: usable.len(),
+            threshold: self.threshold,
+            trials: self.epipolar.trials,
+            residual,
+            focal: None,
+            comparison: None,
+            warnings: remarks(self.matches.len(), usable.len()),
+        }
+    }
+}
+
+/// The chance that a wrong match, which lies anywhere, is within the threshold of its line.
+fn chance(usable: &[Usable], threshold: f64) -> f64 {
+    let [narrow, wide] = spread(usable.iter().map(|m| m.reference));
+    (2.0 * threshold / (12.0 * narrow * wide).sqrt()).min(1.0)
+}
+
+/// By how many pixels the image of a point moves per inverse depth.
+fn motion(model: &Model, [x, y]: [f64; 2], d: f64) -> f64 {
+    let [u, v, w] = model.transform(x, y, d);
+    let [du, dv] = [(model.e[0] - u / w * model.e[2]) / w, (model.e[1] - v / w * model.e[2]) / w];
+    (du * du + dv * dv).sqrt()
+}
+
+/// How far a point is from the epipolar line it should be on, in pixels.
+fn distance(model: &Model, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
+    let e = [model.e[0], model.e[1], model.e[2]];
+    let [a, b, c] = fundamental::cross(e, model.transform(x, y, 0.0));
+    (a * u + b * v + c).abs() / (a * a + b * b).sqrt()
+}

@@ -1,0 +1,115 @@
+//! Plane and parallax: the model x' ~ H x̃ + e·g(x) that a fundamental matrix stands for, and g at the matches.
+
+use super::affine::{Moving, at, dominant_plane};
+use super::fundamental::{Fundamental, apply, cross, cross_matrix, dot, epipole};
+use crate::geometry::points::{Points, Projection, transform};
+
+/// A match with its relative inverse depth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parallax {
+    /// Its place among the points passed.
+    pub index: usize,
+    pub target: [f64; 2],
+    /// Relative inverse depth, in the target and in the reference.
+    pub depth: [f64; 2],
+    /// By how much its image in the other photo moves with the depth, in the points' units.
+    pub motion: f64,
+}
+
+/// From the fundamental matrix and the inliers to the model whose plane g = 0 is the one most matches are near to, g of
+/// mean square 1, and the third coordinate positive. `unit` is a pixel in the points' coordinates.
+///
+/// `None` when fewer than eight matches are left or the plane goes through the reference's camera.
+pub(super) fn plane_parallax(
+    points: &Points,
+    inliers: &[bool],
+    f: &Fundamental,
+    unit: f64,
+) -> Option<(Projection, Vec<Parallax>)> {
+    let e = epipole(f)?;
+    let a = cross_matrix(e, f);
+    let mut projection: Projection = [0, 1, 2].map(|r| [a[r][0], a[r][1], a[r][2], e[r]]);
+    let mut matches: Vec<Parallax> =
+        (0..points.len()).filter(|i| inliers[*i]).filter_map(|i| triangulated(points, i, f, &projection)).collect();
+    // Of all matches in front of both cameras the third coordinate has the same sign.
+    let third = |p: &Projection, m: &Parallax| transform(p, m.target[0], m.target[1], m.depth[0])[2];
+    if 2 * matches.iter().filter(|m| third(&projection, m) < 0.0).count() > matches.len() {
+        projection = projection.map(|row| row.map(|v| -v));
+    }
+    matches.retain(|m| third(&projection, m) > 0.0);
+    for pass in 0..3 {
+        if matches.len() < 8 {
+            return None;
+        }
+        let moving: Vec<Moving> =
+            matches.iter().map(|m| Moving { point: m.target, depth: m.depth[0], motion: m.motion }).collect();
+        let plane = dominant_plane(&moving, unit)?;
+        for row in &mut projection {
+            for c in 0..3 {
+                row[c] += row[3] * plane[c];
+            }
+        }
+        matches.iter_mut().for_each(|m| m.depth[0] -= at(plane, m.target));
+        if pass < 2 {
+            matches = supported(matches, unit);
+        }
+    }
+    let scale = (matches.iter().map(|m| m.depth[0] * m.depth[0]).sum::<f64>() / matches.len() as f64).sqrt();
+    if !scale.is_normal() {
+        return None;
+    }
+    projection.iter_mut().for_each(|row| row[3] *= scale);
+    for m in &mut matches {
+        m.depth[0] /= scale;
+        m.motion *= scale;
+        let w = third(&projection, m);
+        m.depth[1] = m.depth[0] / w;
+    }
+    Some((projection, matches))
+}
+
+/// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
+/// line next to it.
+fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> Option<Parallax> {
+    let (x, y, u, v) = (points.x[i], points.y[i], points.u[i], points.v[i]);
+    let [a, b, c] = apply(f, [x, y, 1.0]);
+    let offset = (a * u + b * v + c) / (a * a + b * b);
+    let place = [u - offset * a, v - offset * b, 1.0];
+    let e = [0, 1, 2].map(|r| p[r][3]);
+    let across = cross(place, e);
+    let depth = -dot(across, cross(place, transform(p, x, y, 0.0))) / dot(across, across);
+    let w = transform(p, x, y, depth)[2];
+    let [du, dv] = [0, 1].map(|r| (e[r] - place[r] * e[2]) / w);
+    let motion = (du * du + dv * dv).sqrt();
+    (depth.is_finite() && motion.is_normal()).then_some(Parallax {
+        index: i,
+        target: [x, y],
+        depth: [depth, depth],
+        motion,
+    })
+}
+
+/// Drops the matches that hardly any of their neighbours is like. A wrong match that meets the epipolar constraint by
+/// chance has any depth.
+fn supported(matches: Vec<Parallax>, unit: f64) -> Vec<Parallax> {
+    const NEIGHBOURS: usize = 9;
+    const LIKE: usize = 3;
+    // In pixels, and as a share of the distance.
+    const TOLERANCE: f64 = 2.0;
+    const GRADIENT: f64 = 0.3;
+    let keep = |m: &Parallax| {
+        let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
+        for other in matches.iter().filter(|o| o.index != m.index) {
+            let [dx, dy] = [0, 1].map(|k| m.target[k] - other.target[k]);
+            let distance = dx * dx + dy * dy;
+            if distance < nearest[NEIGHBOURS - 1].0 {
+                let at = nearest.partition_point(|n| n.0 <= distance);
+                nearest[at..].rotate_right(1);
+                nearest[at] = (distance, (m.depth[0] - other.depth[0]).abs() * m.motion);
+            }
+        }
+        nearest.iter().filter(|(square, apart)| *apart < TOLERANCE * unit + GRADIENT * square.sqrt()).count() >= LIKE
+    };
+    let flags: Vec<bool> = matches.iter().map(keep).collect();
+    matches.into_iter().zip(flags).filter(|(_, f)| *f).map(|(m, _)| m).collect()
+}

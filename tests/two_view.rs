@@ -1,0 +1,418 @@
+//! Inverse depth from two photos alone, on scenes of which everything is known.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod points;
+mod scene;
+
+use depthstitch::geometry::{
+    EstimateOptions, Frame, Match, Model, ModelKind, TwoView, continue_outside, derive_depth, derive_missing, two_view,
+};
+use depthstitch::image::DepthKind;
+use depthstitch::observer::Observer;
+use depthstitch::report::Warning;
+use depthstitch::{Error, Image, InverseDepth, Mask, Stage};
+use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
+use scene::{MatchOptions, Pair, Photos};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (240, 160);
+const EXACT: MatchOptions = MatchOptions { count: 400, sigma: 0.0, outliers: 0.0, seed: 1 };
+const NOISY: MatchOptions = MatchOptions { count: 400, sigma: 0.3, outliers: 0.2, seed: 1 };
+
+/// Hills and a valley: no plane of depth anywhere.
+fn hills(x: f64, y: f64, _: &mut points::Noise) -> f64 {
+    let (x, y) = (x / 160.0 - 1.0, y / 120.0 - 1.0);
+    0.3 + 0.12 * x * x - 0.1 * y * y + 0.1 * x * y * y
+}
+
+/// Turns of some degrees, steps of up to a fifth of the nearest depth.
+fn poses() -> impl Strategy<Value = ([f64; 3], [f64; 3], f64, u64)> {
+    let angle = -0.08..0.08;
+    let step = prop_oneof![-0.5..-0.2, 0.2..0.5];
+    (
+        [angle.clone(), angle.clone(), angle],
+        (step.clone(), step, -0.2..0.2).prop_map(|(x, y, z)| [x, y, z]),
+        250.0..600.0,
+        any::<u64>(),
+    )
+}
+
+fn gray() -> Image {
+    Image { data: vec![128; 4 * points::WIDTH * points::HEIGHT], width: points::WIDTH, height: points::HEIGHT }
+}
+
+fn solve(matches: &[Match], seed: u32) -> TwoView {
+    let photo = gray();
+    let options = EstimateOptions { seed, ..Default::default() };
+    two_view(matches, photo.view(), photo.view(), &options, &mut ()).unwrap()
+}
+
+/// Distance of a point from the epipolar line of another.
+fn line_distance(model: &Model, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
+    let line = Vector3::from(model.transform(x, y, 0.0)).cross(&model.e);
+    (line[0] * u + line[1] * v + line[2]).abs() / line[0].hypot(line[1])
+}
+
+/// Largest distance of true images, at any depth, from the epipolar lines of `found`.
+fn line_error(found: &Model, truth: &Model) -> f64 {
+    let mut worst = 0.0f64;
+    for (x, y) in [(20.0, 20.0), (300.0, 20.0), (160.0, 120.0), (20.0, 220.0), (300.0, 220.0)] {
+        for d in [0.1, 0.3, 0.5] {
+            worst = worst.max(line_distance(found, [x, y], truth.project(x, y, d).unwrap()));
+        }
+    }
+    worst
+}
+
+fn distance([a, b]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
+    (a - u).hypot(b - v)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[(share * (values.len() - 1) as f64) as usize]
+}
+
+#[test]
+fn exact_matches_give_the_epipolar_geometry_and_depth_up_to_an_affine_change() {
+    points::runner(24)
+        .run(&poses(), |(angles, translation, focal, seed)| {
+            let scene = points::Scene::new(angles, translation, focal, hills, seed);
+            prop_assume!(scene.matches.len() >= 60);
+            let found = solve(&scene.matches, 1);
+            let geometry = &found.geometry;
+            prop_assert_eq!(geometry.kind, ModelKind::TwoView);
+            prop_assert!(line_error(&geometry.forward, &scene.truth) < 1e-3);
+            prop_assert!(geometry.inliers.iter().filter(|f| **f).count() * 10 > scene.matches.len() * 8);
+            prop_assert!(geometry.residual[0] < 1e-4 && geometry.residual[1] < 1e-4, "{:?}", geometry.residual);
+            // (H, e, g) maps as (H∞, e', d) does, so d = αg + βx + γy + δ.
+            let ends: Vec<([f64; 4], f64)> = scene
+                .matches
+                .iter()
+                .map(|m| {
+                    let [x, y] = m.target;
+                    let truth = scene.depth[0][y as usize * points::WIDTH + x as usize];
+                    ([exact_depth(&geometry.forward, m), x, y, 1.0], f64::from(truth))
+                })
+                .collect();
+            let (mut normal, mut rhs) = (nalgebra::Matrix4::zeros(), nalgebra::Vector4::zeros());
+            for (row, d) in &ends {
+                let row = nalgebra::Vector4::from(*row);
+                normal += row * row.transpose();
+                rhs += row * *d;
+            }
+            let affine = normal.try_inverse().unwrap() * rhs;
+            for (row, d) in &ends {
+                prop_assert!((nalgebra::Vector4::from(*row).dot(&affine) - d).abs() < 1e-4);
+            }
+            Ok(())
+        })
+        .unwrap();
+}
+
+/// The g of a match, from its image: u × (Hx + e·g) = 0.
+fn exact_depth(model: &Model, m: &Match) -> f64 {
+    let u = Vector3::new(m.reference[0], m.reference[1], 1.0);
+    let (h, e) = (u.cross(&Vector3::from(model.transform(m.target[0], m.target[1], 0.0))), u.cross(&model.e));
+    -h.dot(&e) / e.dot(&e)
+}
+
+#[test]
+fn noise_and_wrong_matches_are_borne() {
+    points::runner(24)
+        .run(&(poses(), 0.0..0.4), |((angles, translation, focal, seed), wrong)| {
+            let exact = points::Scene::new(angles, translation, focal, hills, seed);
+            prop_assume!(exact.matches.len() >= 120);
+            let scene = exact.clone().disturbed(0.3, wrong, seed ^ 1);
+            let found = solve(&scene.matches, 1);
+            prop_assert_eq!(found.geometry.kind, ModelKind::TwoView);
+            let far = exact.matches.iter().map(|m| line_distance(&found.geometry.forward, m.target, m.reference));
+            let far: Vec<f64> = far.collect();
+            prop_assert!(
+                quantile(far.clone(), 0.5) < 0.4 && quantile(far.clone(), 1.0) < 2.0,
+                "{}",
+                quantile(far, 1.0)
+            );
+            for ((m, m0), flag) in scene.matches.iter().zip(&exact.matches).zip(&found.geometry.inliers) {
+                let moved = distance(m.reference, m0.reference);
+                // Even along the epipolar line, where only the neighbours tell.
+                prop_assert!(moved < 25.0 || !*flag, "{moved}");
+                if *flag && moved < 2.0 {
+                    let [x, y] = m.target;
+                    let place = found.geometry.forward.project(x, y, found.target.sample(x, y)).unwrap();
+                    prop_assert!(distance(place, m.reference) < 6.0, "{}", distance(place, m.reference));
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+}
+
+#[test]
+fn epipole_in_the_picture_is_no_obstacle() {
+    // Straight ahead: things move away from the middle, and those in the middle not at all.
+    let scene = points::Scene::new([0.01, -0.02, 0.03], [0.02, -0.01, -0.6], 300.0, hills, 4).disturbed(0.2, 0.1, 5);
+    let found = solve(&scene.matches, 1);
+    assert_eq!(found.geometry.kind, ModelKind::TwoView);
+    let e = &found.geometry.forward.e;
+    assert!(distance([e[0] / e[2], e[1] / e[2]], [159.5, 119.5]) < 30.0);
+    let errors = scene.matches.iter().zip(&found.geometry.inliers).filter(|(_, f)| **f).map(|(m, _)| {
+        let [x, y] = m.target;
+        distance(found.geometry.forward.project(x, y, found.target.sample(x, y)).unwrap(), m.reference)
+    });
+    assert!(quantile(errors.collect(), 0.9) < 1.5);
+}
+
+/// Distance between the map found and the true one at pixels that both photos show, median and 90th percentile; forward
+/// and reverse.
+fn map_errors(found: &TwoView, pair: &Pair<'_>) -> [[f64; 2]; 2] {
+    let of = |model: &Model, depth: &InverseDepth, truth: Vec<Option<[f64; 2]>>, visible: Vec<bool>| {
+        let errors: Vec<f64> = truth
+            .iter()
+            .zip(visible)
+            .enumerate()
+            .filter(|(_, (_, visible))| *visible)
+            .map(|(i, (truth, _))| {
+                let (x, y) = ((i % depth.width()) as f64, (i / depth.width()) as f64);
+                let place = model.project(x, y, f64::from(depth.data()[i]));
+                distance(place.unwrap(), truth.unwrap())
+            })
+            .collect();
+        [quantile(errors.clone(), 0.5), quantile(errors, 0.9)]
+    };
+    [
+        of(&found.geometry.forward, &found.target, pair.map(), pair.visible_in_reference()),
+        of(&found.geometry.reverse, &found.reference, pair.reverse_map(), pair.visible_in_target()),
+    ]
+}
+
+fn render(pair: &Pair<'_>, options: &MatchOptions, seed: u32) -> TwoView {
+    let photos = Photos::of(pair, options);
+    let options = EstimateOptions { seed, ..Default::default() };
+    two_view(&photos.matches, photos.target.view(), photos.reference.view(), &options, &mut ()).unwrap()
+}
+
+#[test]
+fn dense_depth_is_right_within_the_overlap_for_any_seed() {
+    let scene = scene::gallery();
+    let pair = scene.render(SIZE.0, SIZE.1);
+    for (options, seed, limits) in
+        [(EXACT, 1, [0.7, 5.0]), (NOISY, 1, [1.0, 6.0]), (NOISY, 2, [1.0, 6.0]), (NOISY, 3, [1.0, 6.0])]
+    {
+        let found = render(&pair, &options, seed);
+        assert_eq!(found.geometry.kind, ModelKind::TwoView);
+        assert!(found.geometry.warnings.is_empty(), "{:?}", found.geometry.warnings);
+        for [median, most] in map_errors(&found, &pair) {
+            assert!(median < limits[0] && most < limits[1], "{median} {most}");
+        }
+        assert!(found.spread.iter().all(|s| *s > 0.01 && *s < 8.0), "{:?}", found.spread);
+    }
+    assert_eq!(render(&pair, &NOISY, 1), render(&pair, &NOISY, 1));
+}
+
+#[test]
+fn flat_scene_and_pure_rotation_give_the_homography() {
+    for scene in [scene::plane(), scene::rotation()] {
+        let pair = scene.render(SIZE.0, SIZE.1);
+        for (options, seed) in [(EXACT, 1), (NOISY, 1), (NOISY, 2), (MatchOptions { sigma: 1.0, ..NOISY }, 3)] {
+            let found = render(&pair, &options, seed);
+            assert_eq!(found.geometry.kind, ModelKind::Homography, "{options:?} {seed}");
+            assert!(found.geometry.warnings.contains(&Warning::ParallaxUnobservable));
+            assert!(!found.geometry.warnings.contains(&Warning::NoDepth));
+            assert!(!found.geometry.forward.has_parallax());
+            assert_eq!(found.target, InverseDepth::constant(0.0, SIZE.0, SIZE.1).unwrap());
+            let [[median, _], _] = map_errors(&found, &pair);
+            assert!(median < if options.sigma > 0.5 { 1.0 } else { 0.3 }, "{median}");
+        }
+    }
+}
+
+#[test]
+fn too_few_matches_are_an_error_or_a_homography() {
+    let scene = points::Scene::new([0.0, 0.02, 0.0], [0.3, -0.2, 0.1], 400.0, hills, 3);
+    let photo = gray();
+    let run = |matches: &[Match]| two_view(matches, photo.view(), photo.view(), &Default::default(), &mut ());
+    for n in 0..4 {
+        let found = run(&scene.matches[..n]);
+        assert!(matches!(found, Err(Error::TooFewMatches { needed: 4, .. })), "{n}: {found:?}");
+    }
+    // Close together, seven are explained by a homography.
+    if let Ok(found) = run(&scene.matches[..7]) {
+        assert_eq!(found.geometry.kind, ModelKind::Homography);
+    }
+    let nowhere: Vec<Match> = (0..20).map(|_| Match { target: [f64::NAN; 2], reference: [1e9; 2] }).collect();
+    assert!(matches!(run(&nowhere), Err(Error::TooFewMatches { usable: 0, .. })));
+    let line: Vec<Match> =
+        (0..40).map(|i| Match { target: [5.0 * f64::from(i), 20.0], reference: [4.0 * f64::from(i), 30.0] }).collect();
+    assert!(matches!(run(&line), Err(Error::DegenerateGeometry { .. })));
+    let random: Vec<Match> = {
+        let mut noise = points::Noise(9);
+        let mut place = || [160.0 + 150.0 * noise.even(), 120.0 + 110.0 * noise.even()];
+        (0..100).map(|_| Match { target: place(), reference: place() }).collect()
+    };
+    assert!(matches!(run(&random), Err(Error::NoConsensus { .. })));
+}
+
+struct Stop;
+
+impl Observer for Stop {
+    fn progress(&mut self, stage: Stage, _: f32) -> bool {
+        stage != Stage::Depth
+    }
+}
+
+#[test]
+fn stops_when_asked_to() {
+    let scene = points::Scene::new([0.0, 0.02, 0.0], [0.3, -0.2, 0.1], 400.0, hills, 3);
+    let photo = gray();
+    let found = two_view(&scene.matches, photo.view(), photo.view(), &Default::default(), &mut Stop);
+    assert_eq!(found, Err(Error::Aborted));
+}
+
+fn map(size: (usize, usize), value: impl Fn(f64, f64) -> f64) -> InverseDepth {
+    let raw: Vec<f32> = (0..size.0 * size.1).map(|i| value((i % size.0) as f64, (i / size.0) as f64) as f32).collect();
+    InverseDepth::new("depth", &raw, size, DepthKind::Inverse, None, size).unwrap()
+}
+
+/// To the right by 60 to 100 pixels, a little larger and turned.
+fn sideways() -> Model {
+    let h = Matrix3::new(1.02, 0.03, 60.0, -0.03, 1.01, 4.0, 5e-5, 2e-5, 1.0);
+    Model { h, e: Vector3::new(40.0, 5.0, 0.02) }
+}
+
+#[test]
+fn continuation_leaves_the_inside_and_reproduces_planes() {
+    let size = (200, 150);
+    let model = sideways();
+    let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
+    let garbage = |x: f64, y: f64| if model.project(x, y, plane(x, y)).unwrap()[0] < 197.0 { plane(x, y) } else { 7.0 };
+    let found = continue_outside(&map(size, garbage), &model, size, None, &mut ()).unwrap();
+    for (found, expected) in found.data().iter().zip(map(size, plane).data()) {
+        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    }
+    // What is not a plane stays inside, goes on without a step, and fades.
+    let bump =
+        |x: f64, y: f64| plane(x, y) + 0.5 * (-((x - 90.0) * (x - 90.0) + (y - 80.0) * (y - 80.0)) / 800.0).exp();
+    let bumpy = map(size, |x, y| if model.project(x, y, bump(x, y)).unwrap()[0] < 197.0 { bump(x, y) } else { 7.0 });
+    let found = continue_outside(&bumpy, &model, size, None, &mut ()).unwrap();
+    let mut largest = 0.0f64;
+    for y in 0..size.1 {
+        for x in 0..size.0 {
+            let at = y * size.0 + x;
+            let (a, b) = (f64::from(found.data()[at]), bump(x as f64, y as f64));
+            let place = model.project(x as f64, y as f64, b).unwrap();
+            if place[0] >= 3.0 && place[1] >= 3.0 && place[0] < 196.9 && place[1] < 147.0 {
+                assert!((a - b).abs() < 1e-6);
+            } else {
+                assert!((a - plane(x as f64, y as f64)).abs() < 0.6, "{x} {y} {a}");
+            }
+            if x > 0 && y > 10 && y < 140 {
+                largest = largest.max((found.data()[at] - found.data()[at - 1]).abs().into());
+            }
+        }
+    }
+    // The bump's own steepest slope is 0.5·0.607/20 per pixel.
+    assert!(largest < 0.06, "{largest}");
+    let far = |x: usize, y: usize| f64::from(found.data()[y * size.0 + x]) - plane(x as f64, y as f64);
+    assert!(far(199, 149).abs() < 0.2 && far(199, 0).abs() < 0.2, "{} {}", far(199, 149), far(199, 0));
+}
+
+#[test]
+fn continuation_believes_what_is_trusted() {
+    let size = (200, 150);
+    let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
+    // Half of the inside is wrong, and known to be.
+    let depth = map(size, |x, y| if y < 90.0 { 1.2 } else { plane(x, y) });
+    let mut mask = Mask::empty(size.0, size.1).unwrap();
+    mask.data.iter_mut().enumerate().filter(|(i, _)| i / size.0 >= 90).for_each(|(_, m)| *m = 255);
+    let found = continue_outside(&depth, &sideways(), size, Some(&mask), &mut ()).unwrap();
+    assert!((f64::from(found.data()[145 * 200 + 195]) - plane(195.0, 145.0)).abs() < 0.01);
+    let small = Mask::empty(3, 3).unwrap();
+    let refused = continue_outside(&depth, &sideways(), size, Some(&small), &mut ());
+    assert!(matches!(refused, Err(Error::SizeMismatch { name: "trusted", .. })));
+    // Nothing inside: nothing to continue.
+    let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..sideways() };
+    assert_eq!(continue_outside(&depth, &away, size, None, &mut ()).unwrap(), depth);
+}
+
+#[test]
+fn derived_depth_leads_back() {
+    let (size, other) = ((200, 150), (220, 160));
+    let model = sideways();
+    let depth = map(size, |x, y| 0.3 + 0.2 * (x / 200.0) * (x / 200.0) + 0.1 * (y / 150.0));
+    let derived = derive_depth(&depth, &model, other, &mut ()).unwrap().unwrap();
+    assert!(derived.data().iter().all(|d| d.is_finite()));
+    let back = model.inverse().unwrap();
+    let mut seen = 0;
+    for y in 0..size.1 {
+        for x in 0..size.0 {
+            let (x, y) = (x as f64, y as f64);
+            let [u, v] = model.project(x, y, depth.sample(x, y)).unwrap();
+            if u >= 1.0 && v >= 1.0 && u <= 218.0 && v <= 158.0 {
+                // Half a pixel of rounding, times what depth changes over it.
+                assert!(distance(back.project(u, v, derived.sample(u, v)).unwrap(), [x, y]) < 0.2);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 15_000);
+}
+
+#[test]
+fn of_two_things_in_one_place_the_nearer_is_seen() {
+    let size = (200, 150);
+    let model = Model { h: Matrix3::identity(), e: Vector3::new(60.0, 0.0, 0.0) };
+    // A board at 1 in front of a wall at 0: it moves by 60 pixels and covers the wall there, and leaves a gap.
+    let depth = map(size, |x, y| if (40.0..80.0).contains(&x) && (40.0..100.0).contains(&y) { 1.0 } else { 0.0 });
+    let derived = derive_depth(&depth, &model, size, &mut ()).unwrap().unwrap();
+    let at = |x: usize, y: usize| derived.data()[y * 200 + x];
+    assert!((100..140).all(|x| at(x, 70) == 1.0));
+    assert!([10, 30, 90, 150].into_iter().all(|x| at(x, 70) == 0.0) && at(120, 20) == 0.0);
+    // The gap is between, and continued from around.
+    assert!((40..80).all(|x| (-0.5..1.0).contains(&at(x, 70))));
+    // Nothing of it there.
+    let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..model };
+    assert_eq!(derive_depth(&depth, &away, size, &mut ()).unwrap(), None);
+    let singular = Model { h: Matrix3::zeros(), ..model };
+    assert_eq!(derive_depth(&depth, &singular, size, &mut ()).unwrap(), None);
+}
+
+#[test]
+fn missing_map_is_derived_from_the_other() {
+    let scene = scene::gallery();
+    let pair = scene.render(SIZE.0, SIZE.1);
+    let photos = Photos::of(&pair, &NOISY);
+    let maps = [photos.target_depth.as_ref(), photos.reference_depth.as_ref()];
+    let options = EstimateOptions::default();
+    fn frame(depth: Option<&InverseDepth>) -> Frame<'_> {
+        Frame { size: SIZE, depth }
+    }
+    let run = |a, b| derive_missing(&photos.matches, frame(a), frame(b), &options, &mut ()).unwrap();
+    assert_eq!(run(maps[0], maps[1]), None);
+    assert_eq!(run(None, None), None);
+    for side in [0, 1] {
+        let derived = if side == 1 { run(maps[0], None) } else { run(None, maps[1]) }.unwrap();
+        let given = [derived.clone(), maps[1 - side].unwrap().clone()];
+        let (target, reference) = if side == 0 { (&given[0], &given[1]) } else { (&given[1], &given[0]) };
+        let frames = [frame(Some(target)), frame(Some(reference))];
+        let found = depthstitch::geometry::estimate(&photos.matches, frames[0], frames[1], &options, &mut ()).unwrap();
+        assert_ne!(found.kind, ModelKind::Homography);
+        let (model, truth, visible) = if side == 0 {
+            (found.forward, pair.map(), pair.visible_in_reference())
+        } else {
+            (found.reverse, pair.reverse_map(), pair.visible_in_target())
+        };
+        let errors = truth.iter().zip(visible).enumerate().filter(|(_, (_, v))| *v).map(|(i, (truth, _))| {
+            let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
+            model.project(x, y, derived.sample(x, y)).map_or(1e3, |place| distance(place, truth.unwrap()))
+        });
+        let errors: Vec<f64> = errors.collect();
+        assert!(
+            quantile(errors.clone(), 0.5) < 0.5 && quantile(errors.clone(), 0.9) < 2.0,
+            "{}",
+            quantile(errors, 0.9)
+        );
+    }
+}
