@@ -2,9 +2,11 @@
 
 use super::canvas::Canvas;
 use crate::geometry::Model;
-use crate::{Image, ImageView, InverseDepth, Mask};
+use crate::image::zeroed;
+use crate::{Image, ImageView, InverseDepth, Mask, Result};
 
-/// Puts every target pixel on the nearest canvas pixel; a later one replaces an earlier one.
+/// Puts every target pixel on the nearest canvas pixel; a later one replaces an earlier one. Returns the target's own
+/// inverse depth, as the other ways of rendering do.
 pub(super) fn splat(
     target: &ImageView<'_>,
     depth: Option<&InverseDepth>,
@@ -12,7 +14,8 @@ pub(super) fn splat(
     canvas: &Canvas,
     out: &mut Image,
     footprint: &mut Mask,
-) {
+) -> Result<Vec<f32>> {
+    let mut depths = zeroed(depth.map_or(0, |_| canvas.width * canvas.height))?;
     let (w, h) = (target.width(), target.height());
     for y in 0..h {
         for x in 0..w {
@@ -27,6 +30,10 @@ pub(super) fn splat(
             let [r, g, b, _] = target.pixel(x, y);
             out.data[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
             footprint.data[i] = 255;
+            if depth.is_some() {
+                depths[i] = d as f32;
+            }
         }
     }
+    Ok(depths)
 }

@@ -2,15 +2,18 @@
 
 mod canvas;
 mod cell;
+mod depth;
 mod forward;
 mod grid;
 mod holes;
 mod raster;
+mod refinement;
 mod render;
 mod sample;
 mod sides;
 
 pub(crate) use canvas::check_budget;
+pub use refinement::{RefineOptions, Refined, refine};
 
 use crate::geometry::Model;
 use crate::image::check_size;
@@ -90,6 +93,9 @@ pub struct Warped {
     pub image: Image,
     /// Where any cell of the target was drawn, voided ones included.
     pub footprint: Mask,
+    /// Inverse depth of what the target shows there, in the reference's frame (see [`warp`]), NaN where it shows
+    /// nothing. `None` without parallax.
+    pub depth: Option<InverseDepth>,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
     /// Whether part of the target lay beyond the canvas limit.
@@ -98,6 +104,9 @@ pub struct Warped {
 
 /// Renders the target in the reference's view (paper, algorithm 2). `forward` maps target to reference, `reverse`
 /// back; both take inverse depth as the maps have it.
+///
+/// The warped depth is d' = d/λ', λ' the third coordinate of the model's image: 1/z' for d = 1/z, and along a ray of
+/// the reference it grows towards the camera whatever affine change the map has undergone.
 ///
 /// # Errors
 /// `invalid-argument` for options out of range or a model that needs a depth map it did not get, `size-mismatch`,
@@ -126,8 +135,8 @@ pub fn warp(
     report(observer, Stage::Warp, 0.2)?;
     let mut image = Image::transparent(canvas.width, canvas.height)?;
     let mut footprint = Mask::empty(canvas.width, canvas.height)?;
-    if options.mode == WarpMode::Forward {
-        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint);
+    let depth = if options.mode == WarpMode::Forward {
+        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint)?
     } else {
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = render::Scene {
@@ -138,10 +147,11 @@ pub fn warp(
             reverse,
             options,
         };
-        render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?;
-    }
+        render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?
+    };
+    let depth = depth::in_reference_frame(depth, &image, forward, canvas.offset);
     report(observer, Stage::Warp, 1.0)?;
-    Ok(Warped { image, footprint, offset: canvas.offset, clipped: grid.clipped })
+    Ok(Warped { image, footprint, depth, offset: canvas.offset, clipped: grid.clipped })
 }
 
 fn check(
@@ -167,6 +177,11 @@ fn check(
             value: options.canvas_limit,
         });
     }
+    check_views(target, reference, forward, reverse)
+}
+
+/// Checks models, sizes, and that there is depth where there is parallax.
+fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
     for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
         if !model.is_finite() {
             return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN });

@@ -21,7 +21,8 @@ pub(super) struct Scene<'a> {
     pub options: &'a WarpOptions,
 }
 
-/// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size.
+/// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
+/// target's own inverse depth at every pixel that shows it, anything elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
     grid: &VertexGrid,
@@ -29,7 +30,7 @@ pub(super) fn render(
     image: &mut Image,
     footprint: &mut Mask,
     observer: &mut dyn Observer,
-) -> Result<()> {
+) -> Result<Vec<f32>> {
     let mut painter = Painter::new(scene, canvas, image, footprint)?;
     let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
     let ([columns, rows], [dx, dy]) = (grid.cells, grid.step);
@@ -45,8 +46,7 @@ pub(super) fn render(
             }
         });
     }
-    painter.finish();
-    Ok(())
+    Ok(painter.finish())
 }
 
 const COVERED: u8 = 1;
@@ -59,8 +59,8 @@ struct Painter<'a> {
     pixels: &'a mut [[u8; 4]],
     /// [`COVERED`] where a candidate was offered, [`TAKEN`] where one was accepted. Ends as the footprint.
     state: &'a mut [u8],
-    /// Inverse depth of the accepted candidate, outside the reference. Empty without selection.
-    nearness: Vec<f32>,
+    /// The target's inverse depth of the accepted candidate. Empty without a map.
+    depth: Vec<f32>,
     recover: bool,
     select: bool,
     /// β², in squared pixels of the target.
@@ -78,7 +78,7 @@ impl<'a> Painter<'a> {
             canvas,
             pixels: image.data.as_chunks_mut().0,
             state: &mut footprint.data,
-            nearness: if select { zeroed(canvas.width * canvas.height)? } else { Vec::new() },
+            depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
             recover,
             select,
             beta2: options.void_distance * options.void_distance * (w * w + h * h),
@@ -111,28 +111,30 @@ impl<'a> Painter<'a> {
         }
         let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
         let colour = tap.colour(&scene.target);
-        if inside {
+        let nearness = scene.target_depth.map(|depth| tap.nearest(depth.data()));
+        if taken {
             // The one already there is compared by its own pixel, so that no errors need to be kept.
             let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
-            if taken && error(colour) >= error(self.pixels[at]) {
+            let worse = if inside {
+                error(colour) >= error(self.pixels[at])
+            } else {
+                nearness.is_none_or(|nearness| nearness <= self.depth[at])
+            };
+            if worse {
                 return;
             }
-        } else if let Some(depth) = scene.target_depth.filter(|_| self.select) {
-            let nearness = tap.nearest(depth.data());
-            if taken && nearness <= self.nearness[at] {
-                return;
-            }
-            self.nearness[at] = nearness;
-        } else if taken {
-            return;
+        }
+        if let Some(nearness) = nearness {
+            self.depth[at] = nearness;
         }
         self.state[at] = TAKEN;
         self.pixels[at] = [colour[0], colour[1], colour[2], 255];
     }
 
     /// Turns the states into the footprint.
-    fn finish(self) {
+    fn finish(self) -> Vec<f32> {
         self.state.iter_mut().for_each(|state| *state = if *state == 0 { 0 } else { 255 });
+        self.depth
     }
 
     /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by

@@ -1,0 +1,93 @@
+//! Gray pictures for matching, from full size to small.
+
+use wide::i32x4;
+
+use crate::image::zeroed;
+use crate::{ImageView, Result};
+
+/// Pixels beyond the left border that repeat it, and at least as many beyond the right, so that windows need no bounds.
+pub(super) const MARGIN: usize = 8;
+/// Pixels that are worked on at once.
+pub(super) const LANES: usize = 16;
+/// Binary digits after the point of a place in fixed point.
+pub(super) const FRACTION: i32 = 12;
+
+/// Luma with a margin.
+pub(super) struct Gray {
+    data: Vec<u8>,
+    pub width: usize,
+    pub height: usize,
+    pub stride: usize,
+}
+
+impl Gray {
+    /// The luma of a photo (ITU-R BT.601).
+    pub fn new(image: &ImageView<'_>) -> Result<Self> {
+        let (width, height) = (image.width(), image.height());
+        let weigh =
+            |[r, g, b, _]: [u8; 4]| ((77 * u32::from(r) + 150 * u32::from(g) + 29 * u32::from(b) + 128) >> 8) as u8;
+        let mut rows = image.pixels().chunks_exact(width);
+        Self::filled(width, height, |_, out| {
+            let row = rows.next().unwrap_or_default();
+            out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = weigh(pixel));
+        })
+    }
+
+    /// Half the size: means of 2×2 pixels.
+    pub fn half(&self) -> Result<Self> {
+        Self::filled(self.width.div_ceil(2), self.height.div_ceil(2), |y, out| {
+            let (above, below) = (self.row(2 * y as isize), self.row(2 * y as isize + 1));
+            let pairs = above[MARGIN..].chunks_exact(2).zip(below[MARGIN..].chunks_exact(2));
+            for (out, (a, b)) in out.iter_mut().zip(pairs) {
+                let sum: u32 = a.iter().chain(b).map(|&v| u32::from(v)).sum();
+                *out = ((sum + 2) >> 2) as u8;
+            }
+        })
+    }
+
+    fn filled(width: usize, height: usize, mut fill: impl FnMut(usize, &mut [u8])) -> Result<Self> {
+        let stride = width.next_multiple_of(LANES) + 2 * MARGIN;
+        let mut data: Vec<u8> = zeroed(stride * height)?;
+        for (y, row) in data.chunks_exact_mut(stride).enumerate() {
+            fill(y, &mut row[MARGIN..MARGIN + width]);
+            pad(row, width);
+        }
+        Ok(Self { data, width, height, stride })
+    }
+
+    /// Row `y`, clamped to the frame; pixel x is at `MARGIN + x`.
+    #[inline]
+    pub fn row(&self, y: isize) -> &[u8] {
+        let y = y.clamp(0, self.height as isize - 1) as usize;
+        &self.data[y * self.stride..(y + 1) * self.stride]
+    }
+
+    /// Bilinear values at four places in fixed point, clamped to the frame.
+    #[inline(always)]
+    pub fn sample(&self, x: i32x4, y: i32x4) -> i32x4 {
+        let clamp = |v: i32x4, side: usize| v.max(i32x4::splat(0)).min(i32x4::splat(((side - 1) as i32) << FRACTION));
+        let (x, y) = (clamp(x, self.width), clamp(y, self.height));
+        let at = (y >> FRACTION) * i32x4::splat(self.stride as i32) + (x >> FRACTION);
+        let two = |at: usize| match self.data.get(at..at + 2) {
+            Some(&[a, b]) => i32::from(u16::from_le_bytes([a, b])),
+            _ => 0,
+        };
+        // The row below the last one is not there and has no weight.
+        let four = |at: i32| two(at as usize + MARGIN) | two(at as usize + MARGIN + self.stride) << 16;
+        let four = i32x4::new(at.to_array().map(four));
+        let share = |v: i32x4| (v >> (FRACTION - 6)) & i32x4::splat(63);
+        let (fx, fy, one) = (share(x), share(y), i32x4::splat(64));
+        // Both columns at once, 16 bit each.
+        let bytes = i32x4::splat(0x00ff_00ff);
+        let columns = (four & bytes) * (one - fx) + ((four >> 8) & bytes) * fx;
+        let rows = (columns & i32x4::splat(0xffff)) * (one - fy) + ((columns >> 16) & i32x4::splat(0xffff)) * fy;
+        (rows + i32x4::splat(2048)) >> 12
+    }
+}
+
+/// Repeats the first and the last of `width` values into the margins.
+pub(super) fn pad<T: Copy>(row: &mut [T], width: usize) {
+    let (first, last) = (row[MARGIN], row[MARGIN + width - 1]);
+    row[..MARGIN].fill(first);
+    row[MARGIN + width..].fill(last);
+}

@@ -1,0 +1,139 @@
+//! The search from small pictures to full size.
+
+use super::aggregate::aggregate;
+use super::consistency::{consistent, solid};
+use super::continuation::continued;
+use super::cost::{HALF, Search};
+use super::gray::{Gray, MARGIN};
+use super::motion::Field;
+use crate::image::zeroed;
+use crate::observer::{Observer, report};
+use crate::{ImageView, InverseDepth, Mask, Result, Stage};
+
+/// Pixels of motion per label at full size.
+const FINEST: f32 = 0.5;
+/// Pictures are not made smaller than this, in pixels.
+const SMALLEST: usize = 32;
+/// Share of the diagonal over which corrections fade into the prior where nothing is known.
+const FADING: f32 = 0.05;
+
+/// One photo and its map to the other.
+pub(super) struct Side<'a> {
+    field: Field<'a>,
+    /// The photo, then halves.
+    pyramid: Vec<Gray>,
+    /// Corrections at the level that was searched last, in pixels of motion.
+    shifts: Vec<f32>,
+    /// Where they are believed.
+    trusted: Vec<u8>,
+}
+
+/// A refined map, and where it is believed.
+pub(super) struct Found {
+    pub depth: InverseDepth,
+    pub trusted: Mask,
+}
+
+impl<'a> Side<'a> {
+    pub fn new(field: Field<'a>, image: &ImageView<'_>) -> Result<Self> {
+        Ok(Self { field, pyramid: vec![Gray::new(image)?], shifts: Vec::new(), trusted: Vec::new() })
+    }
+
+    fn add_level(&mut self) -> Result<()> {
+        let half = self.pyramid.last().map(Gray::half).transpose()?;
+        self.pyramid.extend(half);
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Found> {
+        let (width, height) = (self.field.prior.width(), self.field.prior.height());
+        Ok(Found { depth: self.field.refined(&self.shifts)?, trusted: Mask { data: self.trusted, width, height } })
+    }
+}
+
+/// How far from the prior is searched.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// Farthest, in pixels of motion.
+    pub range: f32,
+    /// Cost of leaving the prior at all.
+    pub stay: u8,
+}
+
+/// Corrects the maps of both photos.
+pub(super) fn coarse_to_fine(
+    mut sides: [Side<'_>; 2],
+    Reach { range, stay }: Reach,
+    observer: &mut dyn Observer,
+) -> Result<[Found; 2]> {
+    let small = |sides: &[Side<'_>; 2]| {
+        sides.iter().any(|side| side.pyramid.last().is_none_or(|g| g.width.min(g.height) < 2 * SMALLEST))
+    };
+    while range > (HALF << (sides[0].pyramid.len() - 1)) as f32 && !small(&sides) {
+        sides.iter_mut().try_for_each(Side::add_level)?;
+    }
+    let levels = sides[0].pyramid.len();
+    // Of the work, of one side: all levels and both sides make up 1 at most.
+    let share = |level: usize| 0.375 / (1u64 << (2 * level)) as f32;
+    let mut done = 0.0;
+    for level in (0..levels).rev() {
+        let scale = 1 << level;
+        let step = if level == 0 { FINEST } else { scale as f32 };
+        let mut found: [Vec<f32>; 2] = Default::default();
+        for (found, [own, other]) in found.iter_mut().zip([[0, 1], [1, 0]].map(|pair| pair.map(|i| &sides[i]))) {
+            let middle = labels(&own.shifts, &own.pyramid, level, step)?;
+            let (from, to) = (&own.pyramid[level], &other.pyramid[level]);
+            let search = Search { from, to, field: &own.field, scale, step, middle: &middle, range, stay };
+            *found = aggregate(&search, &mut |part| report(observer, Stage::Refine, done + part * share(level)))?;
+            done += share(level);
+        }
+        for (side, found) in sides.iter_mut().zip(found) {
+            side.shifts = found;
+        }
+        let size = |side: &Side<'_>| (side.pyramid[level].width, side.pyramid[level].height, scale);
+        let [a, b] = [&sides[0], &sides[1]];
+        let maps = [a.field.map(&a.shifts, size(a))?, b.field.map(&b.shifts, size(b))?];
+        let agree = [
+            consistent(&maps[0], a.field.model, &maps[1], b.field.model)?,
+            consistent(&maps[1], b.field.model, &maps[0], a.field.model)?,
+        ];
+        drop(maps);
+        for (side, agree) in sides.iter_mut().zip(agree) {
+            let size = size(side);
+            let (width, height, _) = size;
+            side.trusted = solid(&agree, width, height)?;
+            let reach = FADING * ((width * width + height * height) as f32).sqrt();
+            continued(&side.field, &mut side.shifts, &side.trusted, size, reach)?;
+        }
+    }
+    let [a, b] = sides;
+    Ok([a.finish()?, b.finish()?])
+}
+
+/// The middle label of each pixel: of the four nearest corrections of the level above the one whose pixel looks most alike.
+#[inline(never)]
+fn labels(coarse: &[f32], pyramid: &[Gray], level: usize, step: f32) -> Result<Vec<i16>> {
+    let own = &pyramid[level];
+    let (w, h) = (own.width, own.height);
+    let mut middle: Vec<i16> = zeroed(w * h)?;
+    let Some(above) = pyramid.get(level + 1).filter(|above| coarse.len() == above.width * above.height) else {
+        return Ok(middle);
+    };
+    for (i, middle) in middle.iter_mut().enumerate() {
+        let (x, y) = (i % w, i / w);
+        let value = own.row(y as isize)[MARGIN + x];
+        let near = |i: usize, side: usize| [i / 2, (i / 2 + (i & 1)).saturating_sub(1 - (i & 1)).min(side - 1)];
+        let mut least = u32::MAX;
+        for (dy, v) in near(y, above.height).into_iter().enumerate() {
+            let row = above.row(v as isize);
+            for (dx, u) in near(x, above.width).into_iter().enumerate() {
+                let difference = u32::from(row[MARGIN + u].abs_diff(value)) + 2 * (dx + dy) as u32;
+                if difference < least {
+                    least = difference;
+                    *middle = (coarse[v * above.width + u] / step + 0.5).floor() as i16;
+                }
+            }
+        }
+    }
+    Ok(middle)
+}
