@@ -1,9 +1,83 @@
-//! Average blending with masks.
+//! From the warped target and the reference to the mosaic.
 
-use super::check_canvas;
-use crate::image::reserve;
+use super::average::{average, opaque_or_empty};
+use super::canvas::Placed;
+use super::span::Span;
+use super::{check_canvas, exposure, feather, multiband, seam};
+use crate::image::{check_len, check_size, reserve};
+use crate::observer::{Observer, report};
 use crate::warp::Warped;
-use crate::{Image, ImageView, Mask, Result};
+use crate::{Error, Image, ImageView, Mask, Result, Stage};
+
+/// How the target's exposure is matched to the reference's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Exposure {
+    /// Not at all.
+    Off,
+    /// One gain per channel, in linear light.
+    Gain,
+    /// A gain per channel that varies smoothly over the canvas, fades to the common one outside the overlap, and may be a
+    /// little more for the bright than for the dark.
+    #[default]
+    Field,
+}
+
+/// What decides which photo shows where both are valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Seam {
+    /// The photo whose own border is farther away.
+    Off,
+    /// A minimum cut through where the photos agree.
+    #[default]
+    Cut,
+}
+
+/// How the photos pass into each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Blending {
+    /// The average where both are valid (the paper). No seam plays a part.
+    Average,
+    /// A ramp across the seam.
+    Feather,
+    /// Burt and Adelson's: each band of frequencies across as many pixels as it needs.
+    #[default]
+    Multiband,
+}
+
+/// Options of [`blend`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlendOptions {
+    /// How the target's exposure is matched to the reference's.
+    pub exposure: Exposure,
+    /// What decides which photo shows where both are valid.
+    pub seam: Seam,
+    /// How the photos pass into each other.
+    pub blending: Blending,
+    /// Pixels from one end of a feathered ramp to the other, 0 (a hard edge) to 1000.
+    pub feather: u32,
+    /// Bands of the multiband pyramid, 1 to 10; 0 for as many as the photos' size asks for: the widest transition is
+    /// then about a tenth of the reference's longer side.
+    pub bands: u32,
+}
+
+impl Default for BlendOptions {
+    fn default() -> Self {
+        Self {
+            exposure: Exposure::default(),
+            seam: Seam::default(),
+            blending: Blending::default(),
+            feather: 32,
+            bands: 0,
+        }
+    }
+}
+
+impl BlendOptions {
+    /// The plain average of the paper, section 3.2.4.
+    pub fn paper() -> Self {
+        Self { exposure: Exposure::Off, seam: Seam::Off, blending: Blending::Average, ..Self::default() }
+    }
+}
 
 /// The two photos on one canvas.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,50 +86,75 @@ pub struct Mosaic {
     pub image: Image,
     /// Pixels inside the warped target's footprint that neither photo covers.
     pub voids: Mask,
+    /// Which photo shows: 0 none, 1 the target, 2 the reference, 3 both alike.
+    pub seam: Mask,
+    /// What the target's red, green and blue were multiplied by in linear light, on average over the overlap.
+    pub gains: [f64; 3],
 }
 
-/// Average of the two where both are valid (rounded to nearest, halves up), the valid one elsewhere.
+/// Puts the warped target and the reference together. The reference's colours are changed only across the seam.
 ///
 /// The target is valid where the warped alpha is not 0, the reference in its whole frame (its alpha is ignored).
+/// `trusted`, on the reference's grid, says where the alignment is believed: the seam keeps away from elsewhere.
 ///
 /// # Errors
-/// `size-mismatch` when the reference does not fit the canvas or the footprint is not the canvas's size,
-/// `out-of-memory`.
-pub fn blend(warped: &Warped, reference: ImageView<'_>) -> Result<Mosaic> {
-    check_canvas(warped, reference)?;
+/// `size-mismatch` when the reference does not fit the canvas or a mask has another size, `invalid-argument` for options
+/// out of range, `out-of-memory`, `aborted`.
+pub fn blend(
+    warped: &Warped,
+    reference: ImageView<'_>,
+    trusted: Option<&Mask>,
+    options: &BlendOptions,
+    observer: &mut dyn Observer,
+) -> Result<Mosaic> {
+    check(warped, reference, trusted, options)?;
+    report(observer, Stage::Blend, 0.0)?;
     let Image { data: canvas, width, height } = &warped.image;
     let (width, height) = (*width, *height);
+    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
     let mut data = Vec::new();
     reserve(&mut data, canvas.len())?;
     data.extend_from_slice(canvas);
     data.as_chunks_mut().0.iter_mut().for_each(|pixel| *pixel = opaque_or_empty(*pixel));
-    let (left, top) = warped.offset;
-    let rows = data.chunks_exact_mut(4 * width).skip(top);
-    for (row, photo) in rows.zip(reference.data().chunks_exact(4 * reference.width())) {
-        let pixels = row[4 * left..].as_chunks_mut().0;
-        for (pixel, &other) in pixels.iter_mut().zip(photo.as_chunks().0) {
-            *pixel = average(*pixel, other);
+    let mut image = Image { data, width, height };
+    let mut seam = seam::sides(&image, &placed)?;
+
+    let mut span = Span { observer, from: 0.0, to: 1.0 };
+    let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut span.part(0.0, 0.25))?;
+    if options.blending == Blending::Average {
+        average(&mut image, &placed);
+    } else {
+        match options.seam {
+            Seam::Off => seam::middle(&image, &placed, &mut seam)?,
+            Seam::Cut => seam::cut(&image, &placed, trusted, &mut seam, &mut span.part(0.25, 0.6))?,
+        }
+        let mut span = span.part(0.6, 1.0);
+        match options.blending {
+            Blending::Feather => feather::blend(&mut image, &placed, &seam, options.feather, &mut span)?,
+            _ => multiband::blend(&mut image, &placed, &seam, options.bands, &mut span)?,
         }
     }
     let mut voids = Vec::new();
     reserve(&mut voids, width * height)?;
-    let drawn = warped.footprint.data.iter().zip(data.as_chunks::<4>().0);
-    voids.extend(drawn.map(|(&drawn, pixel)| if drawn != 0 && pixel[3] == 0 { 255 } else { 0 }));
-    Ok(Mosaic { image: Image { data, width, height }, voids: Mask { data: voids, width, height } })
+    let drawn = warped.footprint.data.iter().zip(&seam.data);
+    voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == 0 { 255 } else { 0 }));
+    report(observer, Stage::Blend, 1.0)?;
+    Ok(Mosaic { image, voids: Mask { data: voids, width, height }, seam, gains })
 }
 
-/// Four bytes as one word, alpha on top: whole words are what the compiler turns into SIMD.
-const ALPHA: u32 = 0xff00_0000;
-
-fn opaque_or_empty(pixel: [u8; 4]) -> [u8; 4] {
-    let p = u32::from_le_bytes(pixel);
-    if p & ALPHA != 0 { p | ALPHA } else { 0 }.to_le_bytes()
-}
-
-/// `pixel` is opaque or empty, `photo` is valid whatever its alpha. The bytes are averaged side by side in the word:
-/// ⌈(a + b) / 2⌉ = (a | b) − ((a ^ b) >> 1), no byte borrowing from its neighbour.
-fn average(pixel: [u8; 4], photo: [u8; 4]) -> [u8; 4] {
-    let (p, q) = (u32::from_le_bytes(pixel), u32::from_le_bytes(photo) | ALPHA);
-    let mean = (p | q) - (((p ^ q) >> 1) & 0x7f7f_7f7f);
-    if p & ALPHA != 0 { mean } else { q }.to_le_bytes()
+fn check(warped: &Warped, reference: ImageView<'_>, trusted: Option<&Mask>, options: &BlendOptions) -> Result<()> {
+    check_canvas(warped, reference)?;
+    if let Some(trusted) = trusted {
+        check_len("trusted", trusted.data.len(), trusted.width, trusted.height, 1)?;
+        check_size("trusted", (trusted.width, trusted.height), (reference.width(), reference.height()))?;
+    }
+    for (name, value, most, expected) in [
+        ("feather", options.feather, 1000, "between 0 and 1000 pixels"),
+        ("bands", options.bands, 10, "between 0 and 10"),
+    ] {
+        if value > most {
+            return Err(Error::InvalidArgument { name, expected, value: f64::from(value) });
+        }
+    }
+    Ok(())
 }

@@ -1,10 +1,26 @@
-//! Putting the two photos together (paper, section 3.2.4).
+//! Putting the two photos together: exposure, seam, blending, filling.
+//!
+//! The paper (section 3.2.4) averages, which shows how well the photos are aligned: [`BlendOptions::paper`]. By default the
+//! target's exposure is matched to the reference's, a minimum cut decides which photo shows where, and the bands of
+//! a Laplacian pyramid are blended across it.
 
+mod average;
 mod blend;
 mod canvas;
+pub mod crop;
+mod distance;
+mod exposure;
+mod feather;
 mod fill;
+mod guide;
+mod multiband;
+mod seam;
+mod span;
 
-pub use blend::{Mosaic, blend};
-pub use fill::{FillOptions, fill};
+pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+pub use crop::{Crop, Rect};
+pub use exposure::compensate;
+pub use fill::{FillMethod, FillOptions, fill};
+pub use guide::Guide;
 
 pub(crate) use canvas::check_canvas;

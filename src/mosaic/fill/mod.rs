@@ -1,66 +1,138 @@
-//! Filling of the mosaic's inner voids by coherence transport.
-//!
-//! After F. Bornemann and T. März, *Fast Image Inpainting Based on Coherence Transport*, J. Math. Imaging Vis. 28 (2007).
-//! Void pixels are visited in order of their distance from the valid pixels around them, each once. A pixel becomes a
-//! weighted mean of the known pixels around it; where the structure tensor finds an edge or a line there, the weights
-//! are concentrated along it, so that it runs on into the void.
+//! Filling of the mosaic's inner voids.
 
-mod march;
-mod transport;
-mod window;
+mod cluster;
+mod distance;
+mod exemplar;
+mod parts;
+mod smooth;
 
-use crate::image::check_len;
+use super::Guide;
+use crate::image::{check_len, check_size};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, Mask, Result, Stage};
-use transport::Transport;
-use window::Window;
+use cluster::Clusters;
+use parts::{Part, Parts};
+
+/// How voids are filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FillMethod {
+    /// With pieces of the background around them, and smoothly where they are but a few pixels wide.
+    #[default]
+    Exemplar,
+    /// Smoothly: colours are carried on from the border.
+    Smooth,
+}
 
 /// Options of [`fill`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FillOptions {
-    /// Radius in pixels of the neighbourhood a filled pixel is drawn from, 1 to 64. Time grows with its square.
+    /// How voids are filled.
+    pub method: FillMethod,
+    /// Radius in pixels of the neighbourhood from which a smoothly filled pixel is drawn, 1 to 64. Time grows with its
+    /// square.
     pub radius: u32,
+    /// How wide a void may be for [`FillMethod::Exemplar`], as a share of the picture's size: the square root of the
+    /// number of valid pixels. Wider ones stay transparent, but for the places where they narrow. 0 to 100.
+    pub max_width: f64,
 }
 
 impl Default for FillOptions {
     fn default() -> Self {
-        Self { radius: 5 }
+        Self { method: FillMethod::Exemplar, radius: 5, max_width: 0.2 }
     }
 }
 
-/// Filled pixels between two reports of progress.
-const REPORT_EVERY: usize = 4096;
-
-/// Fills the pixels of `voids` from their borders inwards and makes them opaque; all others stay as they are.
+/// Fills the pixels of `voids` and makes them opaque; all others stay as they are.
 ///
-/// What `image` holds in a void is ignored, even if it is opaque. Void pixels that no path through the void joins
-/// to a valid pixel (alpha not 0) cannot be filled: they stay as they are. On an error `image` is untouched.
+/// With a `guide` nothing that is nearer than the background of a void is taken into it: the void is what a thing in
+/// front hides from both cameras.
+///
+/// What `image` holds in a void is ignored, even if it is opaque. Void pixels that no path through the void joins to a
+/// valid pixel (alpha not 0) cannot be filled, and those of too wide a void are not: they stay as they are. On an
+/// error `image` is untouched.
 ///
 /// # Errors
-/// `invalid-argument` for a radius outside 1 to 64, `size-mismatch` when the mask is not the picture's size,
+/// `invalid-argument` for an option out of range, `size-mismatch` when mask or guide are not of the picture's size,
 /// `out-of-memory`, `aborted`.
-pub fn fill(image: &mut Image, voids: &Mask, options: &FillOptions, observer: &mut dyn Observer) -> Result<()> {
-    check(image, voids, options)?;
+pub fn fill(
+    image: &mut Image,
+    voids: &Mask,
+    guide: Option<&Guide>,
+    options: &FillOptions,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
     let radius = options.radius as usize;
-    if let Some(window) = Window::around(voids, image, radius)? {
-        let order = march::order(&window)?;
-        let mut transport = Transport::new(&window, image, radius, order.pixels.len())?;
-        let (mut done, mut reported) = (0, 0);
-        for front in order.fronts() {
-            transport.advance(front);
-            done += front.len();
-            if done - reported >= REPORT_EVERY {
-                reported = done;
-                report(observer, Stage::Fill, done as f32 / order.pixels.len() as f32)?;
-            }
+    match options.method {
+        FillMethod::Exemplar => {
+            let mut gaps = Mask::empty(image.width, image.height)?;
+            let filled = exemplars(image, voids, guide, options, &mut gaps, observer)?;
+            smooth::fill(
+                image,
+                &gaps,
+                voids,
+                radius,
+                &mut Progress { observer, done: EXEMPLARS, share: 1.0 - EXEMPLARS },
+            )?;
+            let pixels = image.data.as_chunks_mut::<4>().0;
+            filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
         }
-        transport.paint(&order.pixels, &window, image);
+        FillMethod::Smooth => {
+            smooth::fill(image, voids, voids, radius, &mut Progress { observer, done: 0.0, share: 1.0 })?;
+        }
     }
     report(observer, Stage::Fill, 1.0)
 }
 
-fn check(image: &Image, voids: &Mask, options: &FillOptions) -> Result<()> {
+/// Colours of the voids, cluster by cluster. Gaps, and voids without any piece that could be copied, are left to be filled
+/// smoothly.
+fn exemplars(
+    image: &Image,
+    voids: &Mask,
+    guide: Option<&Guide>,
+    options: &FillOptions,
+    gaps: &mut Mask,
+    observer: &mut dyn Observer,
+) -> Result<Vec<exemplar::Filled>> {
+    let valid = image.data.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] != 0).count();
+    let widest = (options.max_width * (valid as f64).sqrt() / 2.0).min(f64::from(u16::MAX)) as u32;
+    let clusters = Clusters::of(voids)?;
+    let mut filled = Vec::new();
+    let mut progress = Progress { observer, done: 0.0, share: EXEMPLARS / clusters.iter().count().max(1) as f32 };
+    for cluster in clusters.iter() {
+        let parts = Parts::of(&cluster, image, widest)?;
+        let mut leave = |part: Part| {
+            parts.positions(part).for_each(|(x, y)| gaps.data[y * image.width + x] = 255);
+        };
+        leave(Part::Gap);
+        if parts.deepest > 0 && !exemplar::fill(image, &cluster, &parts, guide, &mut filled, &mut progress)? {
+            leave(Part::Void);
+        }
+        progress.done += progress.share;
+    }
+    Ok(filled)
+}
+
+/// How much of the work the exemplars are.
+const EXEMPLARS: f32 = 0.9;
+
+/// Progress of a part of the work.
+struct Progress<'a> {
+    observer: &'a mut dyn Observer,
+    /// What was done before the part, and how much of the whole it is.
+    done: f32,
+    share: f32,
+}
+
+impl Progress<'_> {
+    /// `fraction` of the part is done.
+    fn report(&mut self, fraction: f32) -> Result<()> {
+        report(self.observer, Stage::Fill, self.done + self.share * fraction)
+    }
+}
+
+fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptions) -> Result<()> {
     check_len("image", image.data.len(), image.width, image.height, 4)?;
     check_len("voids", voids.data.len(), voids.width, voids.height, 1)?;
     for (name, expected, actual) in
@@ -70,9 +142,16 @@ fn check(image: &Image, voids: &Mask, options: &FillOptions) -> Result<()> {
             return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 });
         }
     }
+    if let Some(Guide { depth, .. }) = guide {
+        check_size("guide", (depth.width(), depth.height()), (image.width, image.height))?;
+    }
     if !(1..=64).contains(&options.radius) {
         let value = f64::from(options.radius);
         return Err(Error::InvalidArgument { name: "fillRadius", expected: "between 1 and 64 pixels", value });
+    }
+    if !(0.0..=100.0).contains(&options.max_width) {
+        let value = options.max_width;
+        return Err(Error::InvalidArgument { name: "fillMaxWidth", expected: "from 0 to 100", value });
     }
     Ok(())
 }

@@ -1,12 +1,10 @@
 //! In which order voids are filled.
 
+use super::super::distance::{DIAGONAL, STRAIGHT};
 use super::window::{Cell, Window};
 use crate::Result;
 use crate::image::{reserve, zeroed};
 
-/// Step lengths of the 5-7 chamfer distance: within 8 % of the Euclidean one, exact in integers.
-const STRAIGHT: u32 = 5;
-const DIAGONAL: u32 = 7;
 /// One list per distance still open: the farthest is one diagonal step ahead.
 const OPEN: usize = DIAGONAL as usize + 1;
 
@@ -32,9 +30,6 @@ pub(super) fn order(window: &Window) -> Result<Order> {
     let steps = steps(*width);
     let mut distance: Vec<u32> = zeroed(cells.len())?; // 0: not reached
     let mut open: [Vec<usize>; OPEN] = Default::default();
-    let mut pixels = Vec::new();
-    reserve(&mut pixels, cells.iter().filter(|&&cell| cell == Cell::Void).count())?;
-    let mut ends = Vec::new();
 
     for cell in (0..cells.len()).filter(|&cell| cells[cell] == Cell::Void) {
         let known = |&(step, _): &(isize, u32)| cells[cell.wrapping_add_signed(step)] == Cell::Known;
@@ -47,7 +42,6 @@ pub(super) fn order(window: &Window) -> Result<Order> {
     while open.iter().any(|list| !list.is_empty()) {
         let mut list = std::mem::take(&mut open[now as usize % OPEN]);
         list.retain(|&cell| distance[cell] == now); // the others were reached on a shorter way since
-        list.sort_unstable();
         for &cell in &list {
             for (step, length) in steps {
                 let next = cell.wrapping_add_signed(step);
@@ -58,13 +52,26 @@ pub(super) fn order(window: &Window) -> Result<Order> {
                 }
             }
         }
-        if !list.is_empty() {
-            pixels.extend_from_slice(&list);
-            push(&mut ends, pixels.len())?;
-            list.clear();
-        }
+        list.clear();
         open[now as usize % OPEN] = list; // keeps its memory
         now += 1;
+    }
+    sorted(&distance, now as usize)
+}
+
+/// All cells with a distance above 0 and below `limit`, by counting.
+fn sorted(distance: &[u32], limit: usize) -> Result<Order> {
+    let mut ends: Vec<usize> = zeroed(limit + 1)?;
+    let reached = || (0..distance.len()).filter(|&cell| distance[cell] != 0);
+    reached().for_each(|cell| ends[distance[cell] as usize + 1] += 1);
+    for i in 1..ends.len() {
+        ends[i] += ends[i - 1];
+    }
+    let mut pixels: Vec<usize> = zeroed(ends[limit])?;
+    for cell in reached() {
+        let place = &mut ends[distance[cell] as usize];
+        pixels[*place] = cell;
+        *place += 1; // from where the distance begins to where it ends
     }
     Ok(Order { pixels, ends })
 }

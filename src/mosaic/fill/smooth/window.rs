@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::super::super::crop::{Rect, bounding_box};
 use crate::image::zeroed;
 use crate::{Image, Mask, Result};
 
@@ -32,10 +33,12 @@ pub(super) struct Window {
 
 impl Window {
     /// `None` when there are no voids.
-    pub fn around(voids: &Mask, image: &Image, radius: usize) -> Result<Option<Self>> {
-        let Some((left, top, right, bottom)) = bounding_box(voids) else { return Ok(None) };
+    pub fn around(voids: &Mask, unknown: &Mask, image: &Image, radius: usize) -> Result<Option<Self>> {
+        let Some(bounds) = bounding_box(&voids.data, voids.width, |&void| void != 0) else { return Ok(None) };
+        let Rect { x: left, y: top, .. } = bounds;
+        let (right, bottom) = (left + bounds.width, top + bounds.height);
         let margin = radius + 1;
-        let (width, height) = (right - left + 2 * margin, bottom - top + 2 * margin);
+        let (width, height) = (bounds.width + 2 * margin, bounds.height + 2 * margin);
         let cells = zeroed(width * height)?;
         let mut window = Self { cells, width, origin: (left, top), margin };
         let rows = || (top..bottom).map(|y| &voids.data[y * voids.width + left..y * voids.width + right]);
@@ -43,9 +46,10 @@ impl Window {
             for_each_run(row, |from, to| window.mark_near((from, y), to - from, radius));
         }
         for (cells, pixels) in window.rows(image) {
+            let unknown = &unknown.data[pixels.clone()];
             let pixels = image.data[4 * pixels.start..4 * pixels.end].as_chunks::<4>().0;
-            for (cell, pixel) in window.cells[cells].iter_mut().zip(pixels) {
-                *cell = if *cell == Cell::Near && pixel[3] != 0 { Cell::Known } else { *cell };
+            for ((cell, pixel), &unknown) in window.cells[cells].iter_mut().zip(pixels).zip(unknown) {
+                *cell = if *cell == Cell::Near && pixel[3] != 0 && unknown == 0 { Cell::Known } else { *cell };
             }
         }
         for (y, row) in rows().enumerate() {
@@ -81,20 +85,6 @@ impl Window {
             self.cells[at..at + length + 2 * radius].fill(Cell::Near);
         }
     }
-}
-
-/// Left, top, right and bottom (exclusive) of the set pixels.
-fn bounding_box(mask: &Mask) -> Option<(usize, usize, usize, usize)> {
-    let set = |row: &[u8]| row.iter().any(|&v| v != 0);
-    let mut rows = mask.data.chunks_exact(mask.width);
-    let top = rows.clone().position(set)?;
-    let bottom = mask.height - rows.clone().rev().position(set)?;
-    let (mut left, mut right) = (mask.width, 0);
-    for row in rows.by_ref().take(bottom).skip(top) {
-        left = row.iter().take(left).position(|&v| v != 0).unwrap_or(left);
-        right = right + row[right..].iter().rposition(|&v| v != 0).map_or(0, |i| i + 1);
-    }
-    Some((left, top, right, bottom))
 }
 
 /// Calls `f` with the bounds of every run of set pixels.

@@ -1,0 +1,178 @@
+//! Filling with pieces of the background.
+//!
+//! Coarse to fine, a void's colours and the known patches that its own patches resemble most are found in turn
+//! (Y. Wexler, E. Shechtman, M. Irani, *Space-Time Completion of Video*, PAMI 2007), the patches by PatchMatch
+//! (C. Barnes et al., *PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing*, 2009). What
+//! inverse depth tells to be nearer than the background of a void is neither compared with nor copied.
+
+mod background;
+mod level;
+mod search;
+mod vote;
+
+use super::super::Guide;
+use super::super::crop::Rect;
+use super::Progress;
+use super::cluster::Cluster;
+use super::distance::{STRAIGHT, spread, starts};
+use super::parts::{Part, Parts, grown};
+use crate::geometry::Sampler;
+use crate::image::reserve;
+use crate::{Image, Result};
+use level::{Level, Void};
+use search::Field;
+use vote::{vote, vote_on};
+
+const SEED: u32 = 1;
+/// Half the width in pixels of the widest void at the coarsest level, at most: two patches have room in it.
+const NARROW: u32 = 16;
+/// How far from a void its sources may lie: so many times half its width, and so many pixels.
+const REACH: (u32, u32) = (3, 32);
+/// Voids between two reports of progress.
+const REPORT_EVERY: usize = 8192;
+
+/// How a level is worked on.
+struct Effort {
+    /// Rounds of search and vote.
+    rounds: usize,
+    /// Random places are tried within so many cells.
+    radius: usize,
+    /// Every how many columns and rows there is a patch.
+    stride: usize,
+}
+
+/// By level, the finest one first, and for all others.
+const EFFORTS: [Effort; 3] = [
+    Effort { rounds: 2, radius: 4, stride: 2 },
+    Effort { rounds: 3, radius: 8, stride: 2 },
+    Effort { rounds: 6, radius: 16, stride: 1 },
+];
+
+/// A pixel of the picture and its colour.
+pub(super) type Filled = (usize, [u8; 4]);
+
+/// Adds the colours of a cluster's voids to `filled`. `false`, and nothing added, when there is no patch to copy from.
+pub(super) fn fill(
+    image: &Image,
+    cluster: &Cluster<'_>,
+    parts: &Parts,
+    guide: Option<&Guide>,
+    filled: &mut Vec<Filled>,
+    progress: &mut Progress<'_>,
+) -> Result<bool> {
+    let reach = REACH.0 * parts.deepest + REACH.1;
+    let window = grown(cluster.bounds, reach as usize, image);
+    let mut finest = base(image, cluster, parts, guide, window)?;
+    background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
+    let mut levels = Vec::new();
+    levels.push(finest);
+    while parts.deepest >> (levels.len() - 1) > NARROW {
+        levels.push(levels[levels.len() - 1].halved()?);
+    }
+    let whole = levels.len() as f32;
+    let mut random = Sampler::new(SEED);
+    let mut coarser: Option<(Level, Field)> = None;
+    while let Some(mut level) = levels.pop() {
+        let effort = &EFFORTS[levels.len().min(EFFORTS.len() - 1)];
+        level.prepare(if coarser.is_none() { 1 } else { effort.stride })?;
+        let reach = (reach >> levels.len()) as f32;
+        let found = match &coarser {
+            Some((coarse, field)) => field.refined(coarse, &mut level, reach)?,
+            None => Field::random(&level, reach, &mut random)?,
+        };
+        let Some(mut field) = found else {
+            coarser = None;
+            continue;
+        };
+        let done = whole - 1.0 - levels.len() as f32;
+        match &coarser {
+            Some(_) => vote(&mut level, &field.sources),
+            None => peel(&mut level, &mut field, &mut random, &mut || progress.report(done / whole))?,
+        }
+        for round in 0..effort.rounds {
+            let done = done + round as f32 / effort.rounds as f32;
+            let backwards = round % 2 != 0;
+            for i in 0..level.carriers.len() {
+                if i % REPORT_EVERY == 0 {
+                    progress.report(done / whole)?;
+                }
+                let number = level.carriers[if backwards { level.carriers.len() - 1 - i } else { i }] as usize;
+                field.improve(&level, number, backwards, effort.radius, &mut random);
+            }
+            vote(&mut level, &field.sources);
+        }
+        coarser = Some((level, field));
+    }
+    let Some((level, _)) = coarser else { return Ok(false) };
+    reserve(filled, level.voids.len())?;
+    filled.extend(level.voids.iter().map(|void| {
+        let (x, y) = level.position(void.cell);
+        let [r, g, b, _] = level.colour[void.cell];
+        ((window.y + y) * image.width + window.x + x, [r, g, b, 255])
+    }));
+    Ok(true)
+}
+
+/// Fills the voids of a level from the background inwards, seeing only what is known or has been filled before. Calls
+/// `tick` now and then.
+#[inline(never)]
+fn peel(
+    level: &mut Level,
+    field: &mut Field,
+    random: &mut Sampler,
+    tick: &mut dyn FnMut() -> Result<()>,
+) -> Result<()> {
+    for void in &level.voids {
+        level.seen[void.cell] = 0;
+    }
+    let around =
+        |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
+    let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
+    let mut depth = starts(level.depth.len(), at_background)?;
+    spread(&mut depth, level.width);
+    let ring_of = |void: &Void| depth[void.cell] / STRAIGHT;
+    let radius = level.width.max(level.height);
+    let mut next = Some(0);
+    while let Some(ring) = next {
+        tick()?;
+        for backwards in [false, true] {
+            for i in 0..level.voids.len() {
+                let number = if backwards { level.voids.len() - 1 - i } else { i };
+                if ring_of(&level.voids[number]) == ring {
+                    field.improve(level, number, backwards, radius, random);
+                }
+            }
+        }
+        for number in 0..level.voids.len() {
+            if ring_of(&level.voids[number]) == ring {
+                level.seen[level.voids[number].cell] = u32::MAX;
+                vote_on(level, &field.sources, number);
+            }
+        }
+        // Voids without any background around come last, all at once.
+        next = level.voids.iter().map(ring_of).filter(|&other| other > ring).min();
+    }
+    Ok(())
+}
+
+/// The window at the picture's own resolution.
+#[inline(never)]
+fn base(image: &Image, cluster: &Cluster<'_>, parts: &Parts, guide: Option<&Guide>, window: Rect) -> Result<Level> {
+    let mut level = Level::new(window.width, window.height)?;
+    for (y, x) in (0..window.height).flat_map(|y| (0..window.width).map(move |x| (y, x))) {
+        let cell = level.cell(x, y);
+        let (x, y) = (window.x + x, window.y + y);
+        let at = y * image.width + x;
+        let pixel = &image.data[4 * at..4 * at + 4];
+        if cluster.is_void(x, y) {
+            if parts.at(x, y) == Part::Void {
+                level.push(Void { cell, far: f32::NEG_INFINITY, limit: f32::MAX })?;
+            }
+        } else if pixel[3] != 0 {
+            level.colour[cell] = [pixel[0], pixel[1], pixel[2], 0];
+            let depth = guide.map_or(f32::NAN, |guide| guide.depth.data()[at]);
+            level.depth[cell] = if depth.is_finite() { depth } else { f32::NEG_INFINITY };
+        }
+    }
+    Ok(level)
+}

@@ -1,0 +1,115 @@
+//! Depth on the mosaic's canvas.
+
+use super::{Rect, check_canvas};
+use crate::geometry::Model;
+use crate::image::{check_size, reserve};
+use crate::warp::{View, Warped};
+use crate::{InverseDepth, Result};
+
+/// Samples taken along the longer side of the reference.
+const SAMPLES: usize = 128;
+/// Reweighted least squares settles within a few rounds.
+const ROUNDS: usize = 12;
+/// Fewer samples determine no gauge.
+const LEAST: usize = 16;
+
+/// What tells filling the background of a void from the thing in front of it that tore it open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guide {
+    /// Inverse depth of what the mosaic shows, NaN where it is not known.
+    pub depth: InverseDepth,
+    /// Epipole on the canvas, homogeneous: things shift towards or away from it, the more the nearer they are. All zero
+    /// if not known.
+    pub epipole: [f64; 3],
+}
+
+impl Guide {
+    /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax.
+    ///
+    /// Where the target shows nothing the reference's inverse depth stands in, brought into the same gauge by the affine
+    /// change that fits best where both are known. It is fitted to least absolute deviations, so that places where the
+    /// two show different things do not matter.
+    ///
+    /// # Errors
+    /// `size-mismatch` when the reference does not fit the canvas or its depth is not of its size, `out-of-memory`.
+    pub fn new(warped: &Warped, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
+        check_canvas(warped, reference.image)?;
+        let Some(depth) = &warped.depth else { return Ok(None) };
+        let width = depth.width();
+        let mut data = Vec::new();
+        reserve(&mut data, depth.data().len())?;
+        data.extend_from_slice(depth.data());
+        if let Some(other) = reference.depth {
+            let size = (reference.image.width(), reference.image.height());
+            check_size("referenceDepth", (other.width(), other.height()), size)?;
+            let first = warped.offset.1 * width + warped.offset.0;
+            let samples = samples(&data[first..], width, other)?;
+            if samples.len() >= LEAST {
+                let [slope, shift] = line(&samples);
+                for (row, other) in data[first..].chunks_mut(width).zip(other.data().chunks_exact(size.0)) {
+                    for (d, &other) in row.iter_mut().zip(other).filter(|(d, _)| d.is_nan()) {
+                        *d = (slope * f64::from(other) + shift) as f32;
+                    }
+                }
+            }
+        }
+        let e = &forward.e;
+        let (left, top) = (warped.offset.0 as f64, warped.offset.1 as f64);
+        let epipole = [e[0] + left * e[2], e[1] + top * e[2], e[2]];
+        Ok(Some(Self { depth: InverseDepth::of_size(data, width, depth.height()), epipole }))
+    }
+
+    /// The epipole in a window of the canvas.
+    pub(super) fn epipole_from(&self, window: Rect) -> [f64; 3] {
+        let [x, y, w] = self.epipole;
+        [x - window.x as f64 * w, y - window.y as f64 * w, w]
+    }
+}
+
+/// The reference's inverse depth and the target's, on a grid of places that both know. `canvas` begins at the
+/// reference's first pixel.
+fn samples(canvas: &[f32], stride: usize, reference: &InverseDepth) -> Result<Vec<[f64; 2]>> {
+    let (width, height) = (reference.width(), reference.height());
+    let step = width.max(height).div_ceil(SAMPLES);
+    let mut samples = Vec::new();
+    reserve(&mut samples, SAMPLES * SAMPLES)?;
+    for (y, x) in (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| (y, x))) {
+        let pair = [reference.data()[y * width + x], canvas[y * stride + x]];
+        if pair.iter().all(|d| d.is_finite()) {
+            samples.push(pair.map(f64::from));
+        }
+    }
+    Ok(samples)
+}
+
+/// Slope and intercept of the line y = a·x + b of least absolute deviation, by iteratively reweighted least squares.
+fn line(samples: &[[f64; 2]]) -> [f64; 2] {
+    let mut found = [0.0; 2];
+    let mut scale = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let (mut w, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut deviation = 0.0;
+        // A residual counts by its size, not its square; nearly none at all is no reason to count without bounds.
+        for &[u, v] in samples {
+            let off = (v - found[0] * u - found[1]).abs();
+            let share = if scale.is_finite() { 1.0 / off.max(scale) } else { 1.0 };
+            deviation += off;
+            w += share;
+            x += share * u;
+            y += share * v;
+            xx += share * u * u;
+            xy += share * u * v;
+        }
+        if deviation == 0.0 {
+            break; // exact
+        }
+        let determinant = w * xx - x * x;
+        if determinant <= 1e-12 * w * xx {
+            return [0.0, y / w]; // all of one depth
+        }
+        let slope = (w * xy - x * y) / determinant;
+        found = [slope, (y - slope * x) / w];
+        scale = 1e-3 * deviation / samples.len() as f64;
+    }
+    found
+}

@@ -1,0 +1,238 @@
+//! Multiband blending.
+//!
+//! After P. Burt and E. Adelson, *A Multiresolution Spline with Application to Image Mosaics*, ACM Trans. Graph. 2 (1983).
+//! Their mosaic Σ M·L(A) + (1 − M)·L(B), a sum over the bands of two pyramids, is B + Σ M·L(A − B): only the
+//! photos' difference needs a pyramid, and that is known just where both are valid and continued smoothly elsewhere.
+//! So no border of either photo gets into a band, and nothing can shine through a void.
+
+use std::ops::Range;
+
+use super::canvas::{Placed, rectangle};
+use super::span::Span;
+use crate::image::{reserve, zeroed};
+use crate::{Image, Mask, Result};
+
+/// While the pyramid is built: weighted difference (red, green, blue), weight, labelled-as-target, labelled, 0, 0.
+/// When it is done: difference (red, green, blue, 0), its blended part (red, green, blue, 0).
+type Cell = [f32; 8];
+
+/// Differences of this many levels count half: they are misalignment rather than exposure, and belong to the finest band,
+/// which is not mixed at all. Elsewhere ghosts would spread over the widths of the coarser bands.
+const TOLERANCE: f32 = 128.0;
+/// Weight below which a cell's difference is taken from the coarser level.
+const FAINT: f32 = 0.02;
+
+/// A level of the pyramid.
+struct Level {
+    cells: Vec<Cell>,
+    width: usize,
+    height: usize,
+}
+
+/// Blends the reference into `image`, which holds the target. `bands` as in [`super::BlendOptions`].
+pub(super) fn blend(
+    image: &mut Image,
+    reference: &Placed<'_>,
+    seam: &Mask,
+    bands: u32,
+    span: &mut Span<'_>,
+) -> Result<()> {
+    let longer = reference.photo.width().max(reference.photo.height());
+    let bands = if bands == 0 { (longer / 32).max(2).ilog2() } else { bands } as usize;
+    let Some((columns, rows)) = surroundings(seam, 3 << bands) else {
+        return paste(image, reference, seam, span);
+    };
+    let mut levels: Vec<Level> = Vec::new();
+    let source = Source { image, reference, seam, columns: columns.clone(), rows: rows.clone() };
+    levels.push(halve(columns.len(), rows.len(), &|y, row| source.row(y, row), &mut span.part(0.0, 0.5))?);
+    for _ in 1..bands {
+        let Some(fine) = levels.last().filter(|level| level.width.max(level.height) > 1) else { break };
+        let row = |y: usize, row: &mut [Cell]| {
+            row.copy_from_slice(&fine.cells[y * fine.width..(y + 1) * fine.width]);
+        };
+        let coarse = halve(fine.width, fine.height, &row, &mut span.part(0.5, 0.5))?;
+        levels.push(coarse);
+    }
+    let mut coarser: Option<Level> = None;
+    while let Some(mut level) = levels.pop() {
+        settle(&mut level, coarser.as_ref())?;
+        coarser = Some(level);
+    }
+    let Some(correction) = coarser else { return Ok(()) };
+    finish(image, reference, seam, &correction, (columns, rows), &mut span.part(0.6, 1.0))
+}
+
+/// The rectangle within `reach` of any place where the two photos meet.
+fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
+    let meets = |i: usize| {
+        let here = seam.data[i];
+        let right = if (i + 1).is_multiple_of(seam.width) { here } else { seam.data[i + 1] };
+        let below = seam.data.get(i + seam.width).copied().unwrap_or(here);
+        // 1 and 2 are the only labels that differ in both bits.
+        here ^ right == 3 || here ^ below == 3
+    };
+    rectangle((seam.width, seam.height), reach, &meets)
+}
+
+/// The photos in the rectangle that is blended.
+struct Source<'a> {
+    image: &'a Image,
+    reference: &'a Placed<'a>,
+    seam: &'a Mask,
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Source<'_> {
+    fn row(&self, y: usize, out: &mut [Cell]) {
+        let y = self.rows.start + y;
+        let start = y * self.image.width;
+        let target = &self.image.data.as_chunks::<4>().0[start + self.columns.start..start + self.columns.end];
+        let shown = &self.seam.data[start + self.columns.start..start + self.columns.end];
+        let photo = self.reference.row(y);
+        for (((cell, target), &shown), x) in out.iter_mut().zip(target).zip(shown).zip(self.columns.clone()) {
+            *cell = [0.0; 8];
+            if shown != 0 {
+                cell[4] = if shown == 1 { 1.0 } else { 0.0 };
+                cell[5] = 1.0;
+            }
+            if target[3] != 0
+                && let Some(other) = self.reference.pixel(photo, x)
+            {
+                let [r, g, b] = [0, 1, 2].map(|c| f32::from(target[c]) - f32::from(other[c]));
+                let weight = TOLERANCE * TOLERANCE / (TOLERANCE * TOLERANCE + (r * r + g * g + b * b));
+                [cell[0], cell[1], cell[2], cell[3]] = [r * weight, g * weight, b * weight, weight];
+            }
+        }
+    }
+}
+
+// Calls rather than copies of these few: the module is downloaded before it runs.
+
+/// Half the size, filtered by (1 3 3 1) / 8 both ways; what is outside is as the border.
+fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span: &mut Span<'_>) -> Result<Level> {
+    let (w, h) = (width.div_ceil(2), height.div_ceil(2));
+    let mut cells = Vec::new();
+    reserve(&mut cells, w * h)?;
+    let mut full: Vec<Cell> = zeroed(width)?;
+    let mut ring: [Vec<Cell>; 4] = [zeroed(w)?, zeroed(w)?, zeroed(w)?, zeroed(w)?];
+    let mut ready = 0;
+    for y in 0..h {
+        span.row(y, h)?;
+        while ready < height.min(2 * y + 3) {
+            source(ready, &mut full);
+            for (x, cell) in ring[ready % 4].iter_mut().enumerate() {
+                let at = |x: usize| &full[x.min(width - 1)];
+                *cell = four(at((2 * x).saturating_sub(1)), at(2 * x), at(2 * x + 1), at(2 * x + 2));
+            }
+            ready += 1;
+        }
+        let row = |y: usize| &ring[y.min(height - 1) % 4];
+        let (a, b, c, d) = (row((2 * y).saturating_sub(1)), row(2 * y), row(2 * y + 1), row(2 * y + 2));
+        cells.extend(a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| four(a, b, c, d)));
+    }
+    Ok(Level { cells, width: w, height: h })
+}
+
+#[inline(never)]
+fn four(a: &Cell, b: &Cell, c: &Cell, d: &Cell) -> Cell {
+    std::array::from_fn(|i| 0.125 * (a[i] + d[i]) + 0.375 * (b[i] + c[i]))
+}
+
+/// ¾ of the one and ¼ of the other.
+#[inline(always)]
+fn lean(near: &Cell, far: &Cell) -> Cell {
+    std::array::from_fn(|i| 0.75 * near[i] + 0.25 * far[i])
+}
+
+impl Level {
+    /// Row `y` of twice the size, halfway down: doubled vertically, `out` as wide as the level.
+    fn doubled_row(&self, y: usize, out: &mut [Cell]) {
+        let near = y / 2;
+        let far = if y.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(self.height - 1) };
+        let row = |y: usize| &self.cells[y * self.width..(y + 1) * self.width];
+        for ((out, near), far) in out.iter_mut().zip(row(near)).zip(row(far)) {
+            *out = lean(near, far);
+        }
+    }
+}
+
+/// Cell `x` of twice the width.
+#[inline(never)]
+fn doubled(row: &[Cell], x: usize) -> Cell {
+    let near = x / 2;
+    let far = if x.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(row.len() - 1) };
+    lean(&row[near], &row[far])
+}
+
+/// Turns sums into the difference of the level and its blended part, given those of the next coarser level.
+fn settle(level: &mut Level, coarser: Option<&Level>) -> Result<()> {
+    let mut halfway: Vec<Cell> = zeroed(coarser.map_or(0, |level| level.width))?;
+    for (y, row) in level.cells.chunks_exact_mut(level.width).enumerate() {
+        if let Some(coarser) = coarser {
+            coarser.doubled_row(y, &mut halfway);
+        }
+        for (x, cell) in row.iter_mut().enumerate() {
+            let base = if coarser.is_some() { doubled(&halfway, x) } else { [0.0; 8] };
+            let share = if cell[5] > 0.0 { cell[4] / cell[5] } else { 0.5 };
+            let scale = 1.0 / (cell[3] + FAINT);
+            let mut out = [0.0; 8];
+            for c in 0..3 {
+                out[c] = (cell[c] + FAINT * base[c]) * scale;
+                out[4 + c] = base[4 + c] + share * (out[c] - base[c]);
+            }
+            *cell = out;
+        }
+    }
+    Ok(())
+}
+
+/// The photo that shows, plus what the coarser bands of the other bring.
+fn finish(
+    image: &mut Image,
+    reference: &Placed<'_>,
+    seam: &Mask,
+    correction: &Level,
+    (columns, rows): (Range<usize>, Range<usize>),
+    span: &mut Span<'_>,
+) -> Result<()> {
+    paste(image, reference, seam, &mut span.part(0.0, 0.2))?;
+    let mut span = span.part(0.2, 1.0);
+    let mut halfway: Vec<Cell> = zeroed(correction.width)?;
+    let width = image.width;
+    for y in rows.clone() {
+        span.row(y - rows.start, rows.len())?;
+        correction.doubled_row(y - rows.start, &mut halfway);
+        let range = y * width + columns.start..y * width + columns.end;
+        let pixels = image.data[4 * range.start..4 * range.end].as_chunks_mut::<4>().0;
+        for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data[range]) {
+            if shown == 0 {
+                continue;
+            }
+            let base = doubled(&halfway, x);
+            for c in 0..3 {
+                let change = if shown == 1 { base[4 + c] - base[c] } else { base[4 + c] };
+                // The conversion saturates.
+                pixel[c] = (f32::from(pixel[c]) + change + 0.5) as u8;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The reference where it shows.
+fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, span: &mut Span<'_>) -> Result<()> {
+    let (width, height) = (image.width, image.height);
+    let rows = image.data.as_chunks_mut::<4>().0.chunks_exact_mut(width).zip(seam.data.chunks_exact(width));
+    for (y, (row, shown)) in rows.enumerate() {
+        span.row(y, height)?;
+        let Some(photo) = reference.row(y) else { continue };
+        let over = row[reference.left..].iter_mut().zip(&shown[reference.left..]);
+        for ((pixel, &shown), &[r, g, b, _]) in over.zip(photo) {
+            if shown == 2 {
+                *pixel = [r, g, b, 255];
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,88 @@
+//! Which photo shows where both are valid.
+//!
+//! A minimum cut between the places where only the target is valid and those where only the reference is, after V.
+//! Kwatra et al., *Graphcut Textures*, SIGGRAPH 2003: it runs where the photos agree in colour and gradient. It is found on
+//! a coarse grid and then, at twice the resolution again and again, within a band around what was found.
+
+mod agreement;
+mod flow;
+mod level;
+
+use super::canvas::Placed;
+use super::distance::{UNIT, distance};
+use super::span::Span;
+use crate::{Image, Mask, Result};
+use level::Level;
+
+/// Labels of a seam mask.
+const NONE: u8 = 0;
+const TARGET: u8 = 1;
+const REFERENCE: u8 = 2;
+const BOTH: u8 = 3;
+
+/// Cells of the coarsest grid, at most.
+const COARSEST: usize = 6000;
+
+/// Which photos are valid: 0 none, 1 the target, 2 the reference, 3 both.
+pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
+    let mut mask = Mask::empty(image.width, image.height)?;
+    let pixels = image.data.as_chunks::<4>().0.chunks_exact(image.width);
+    for (y, (row, pixels)) in mask.data.chunks_exact_mut(image.width).zip(pixels).enumerate() {
+        row.iter_mut().zip(pixels).for_each(|(side, pixel)| *side = if pixel[3] != 0 { TARGET } else { NONE });
+        if reference.row(y).is_some() {
+            let over = &mut row[reference.left..reference.left + reference.photo.width()];
+            over.iter_mut().for_each(|side| *side |= REFERENCE);
+        }
+    }
+    Ok(mask)
+}
+
+/// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
+pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
+    let (width, height) = (image.width, image.height);
+    let inside = distance(width, height, true, &|i| seam.data[i] & TARGET == 0)?;
+    let (columns, rows) = (reference.photo.width(), reference.photo.height());
+    for y in reference.top..reference.top + rows {
+        let vertical = (y - reference.top + 1).min(rows + reference.top - y);
+        for x in 0..columns {
+            let i = y * width + reference.left + x;
+            if seam.data[i] == BOTH {
+                let edge = vertical.min(x + 1).min(columns - x) * usize::from(UNIT);
+                seam.data[i] = if usize::from(inside[i]) > edge { TARGET } else { REFERENCE };
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Decides by a minimum cut for every pixel that both photos cover.
+pub(super) fn cut(
+    image: &Image,
+    reference: &Placed<'_>,
+    trusted: Option<&Mask>,
+    seam: &mut Mask,
+    span: &mut Span<'_>,
+) -> Result<()> {
+    let Some(finest) = agreement::finest(image, reference, trusted, seam, &mut span.part(0.0, 0.5))? else {
+        return Ok(());
+    };
+    let mut levels = vec![finest];
+    while let Some(coarser) = levels.last().filter(|level| level.free() > COARSEST).map(Level::halved) {
+        levels.push(coarser?);
+    }
+    let mut coarser: Option<Level> = None;
+    let coarsest = levels.len();
+    let Some(borders) = levels.last().map(Level::borders).transpose()? else { return Ok(()) };
+    while let Some(mut level) = levels.pop() {
+        span.part(0.5 + 0.5 / (levels.len() + 1) as f32, 1.0).row(0, 1)?;
+        match &coarser {
+            None => level.cut_whole(&borders)?,
+            Some(coarser) => level.refine(coarser, &borders, (coarsest - levels.len() - 1) as u32)?,
+        }
+        coarser = Some(level);
+    }
+    if let Some(level) = coarser {
+        level.write(seam);
+    }
+    Ok(())
+}

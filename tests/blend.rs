@@ -1,0 +1,410 @@
+//! Exposure, seam and blending through the public functions.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+use depthstitch::observer::Observer;
+use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
+use depthstitch::{Error, Image, ImageView, Mask, Result, Stage};
+use scene::{Camera, MatchOptions, Pair, Photos, Scene};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (240, 160);
+
+fn linear(level: u8) -> f64 {
+    let v = f64::from(level) / 255.0;
+    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
+}
+
+fn level(light: f64) -> u8 {
+    let v = if light <= 0.0031308 { 12.92 * light } else { 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055 };
+    (255.0 * v.clamp(0.0, 1.0)).round() as u8
+}
+
+/// How a camera takes pictures: light is multiplied, bent, and falls off towards the corners.
+#[derive(Debug, Clone, Copy)]
+struct Taking {
+    gain: [f64; 3],
+    gamma: f64,
+    vignetting: f64,
+}
+
+/// `photo` as another camera would have taken it.
+fn taken(photo: &Image, how: Taking) -> Image {
+    let (w, h) = (photo.width as f64, photo.height as f64);
+    let mut out = photo.clone();
+    for (i, pixel) in out.data.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let (x, y) = ((i % photo.width) as f64 - w / 2.0, (i / photo.width) as f64 - h / 2.0);
+        let falloff = 1.0 - how.vignetting * (x * x + y * y) / (w * w + h * h) * 4.0;
+        for (value, gain) in pixel.iter_mut().zip(how.gain) {
+            *value = level(gain * falloff * libm::pow(linear(*value), how.gamma));
+        }
+    }
+    out
+}
+
+/// A rendered pair, warped by the true geometry.
+struct Staged<'a> {
+    pair: Pair<'a>,
+    photos: Photos,
+}
+
+impl<'a> Staged<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let pair = scene.render(SIZE.0, SIZE.1);
+        let photos = Photos::of(&pair, &MatchOptions { count: 0, sigma: 0.0, outliers: 0.0, seed: 1 });
+        Self { pair, photos }
+    }
+
+    /// The target, taken as `how` says, in the reference's view.
+    fn warped(&self, how: Option<Taking>) -> Warped {
+        let mut photos = self.photos.clone();
+        if let Some(how) = how {
+            photos.target = taken(&photos.target, how);
+        }
+        let Pair { forward, reverse, .. } = &self.pair;
+        // By the depth alone, so that exposure has no say in what is warped where.
+        let options = WarpOptions { mode: WarpMode::BackwardVoid, ..WarpOptions::default() };
+        warp(photos.target(), photos.reference(), forward, reverse, &options, &mut ()).unwrap()
+    }
+
+    fn blend(&self, warped: &Warped, options: &BlendOptions) -> Mosaic {
+        blend(warped, self.photos.reference.view(), None, options, &mut ()).unwrap()
+    }
+
+    /// What the reference's camera would see on the whole canvas.
+    fn truth(&self, scene: &Scene, warped: &Warped) -> Image {
+        let (left, top) = warped.offset;
+        let mut camera: Camera = self.pair.reference.camera;
+        camera.k[(0, 2)] += left as f64;
+        camera.k[(1, 2)] += top as f64;
+        let (width, height) = (warped.image.width, warped.image.height);
+        Image { data: scene.view(camera, width, height, true).rgba, width, height }
+    }
+}
+
+fn pixels(image: &Image) -> &[[u8; 4]] {
+    image.data.as_chunks().0
+}
+
+/// In dB, over the valid pixels of `image`.
+fn psnr(image: &Image, truth: &Image) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (a, b) in pixels(image).iter().zip(pixels(truth)).filter(|(a, _)| a[3] != 0) {
+        sum += (0..3).map(|c| (f64::from(a[c]) - f64::from(b[c])).powi(2)).sum::<f64>();
+        count += 3.0;
+    }
+    10.0 * libm::log10(255.0 * 255.0 * count / sum)
+}
+
+#[test]
+fn a_known_gain_is_found() {
+    let scene = scene::gallery();
+    let staged = Staged::new(&scene);
+    for gain in [[1.0, 1.0, 1.0], [0.8, 0.7, 0.6], [1.3, 1.2, 1.15], [0.5, 0.9, 1.2]] {
+        let warped = staged.warped(Some(Taking { gain, gamma: 1.0, vignetting: 0.0 }));
+        for exposure in [Exposure::Gain, Exposure::Field] {
+            let found = staged.blend(&warped, &BlendOptions { exposure, ..BlendOptions::default() }).gains;
+            println!("gain {gain:?} {exposure:?}: {found:?}");
+            for c in 0..3 {
+                assert!((found[c] * gain[c] - 1.0).abs() < 0.01, "{gain:?} {exposure:?}: {found:?}");
+            }
+        }
+    }
+}
+
+/// The ratio of the sums of light where both are valid and neither is clipped.
+fn true_gains(plain: &Warped, warped: &Warped, reference: &Image) -> [f64; 3] {
+    let usable = |pixel: &[u8; 4]| pixel[3] != 0 && pixel[..3].iter().all(|v| (6..250).contains(v));
+    let (mut before, mut after) = ([0.0; 3], [0.0; 3]);
+    for (i, (a, b)) in pixels(&plain.image).iter().zip(pixels(&warped.image)).enumerate() {
+        let x = (i % plain.image.width).wrapping_sub(plain.offset.0);
+        let y = (i / plain.image.width).wrapping_sub(plain.offset.1);
+        if x < reference.width && y < reference.height && usable(a) && usable(b) {
+            for c in 0..3 {
+                before[c] += linear(b[c]);
+                after[c] += linear(a[c]);
+            }
+        }
+    }
+    [0, 1, 2].map(|c| after[c] / before[c])
+}
+
+#[test]
+fn gain_gamma_and_vignetting_are_undone() {
+    let scene = scene::gallery();
+    let staged = Staged::new(&scene);
+    let plain = staged.warped(None);
+    let truth = staged.truth(&scene, &plain);
+    let alike = psnr(&staged.blend(&plain, &BlendOptions::default()).image, &truth);
+    println!("no difference: {alike:.2} dB");
+    for how in [
+        Taking { gain: [0.55, 0.5, 0.45], gamma: 1.0, vignetting: 0.0 },
+        Taking { gain: [0.6, 0.55, 0.5], gamma: 1.1, vignetting: 0.25 },
+        Taking { gain: [0.45, 0.5, 0.55], gamma: 0.9, vignetting: 0.15 },
+    ] {
+        let warped = staged.warped(Some(how));
+        let average = psnr(&staged.blend(&warped, &BlendOptions::paper()).image, &truth);
+        let expected = true_gains(&plain, &warped, &staged.photos.reference);
+        let mosaic = staged.blend(&warped, &BlendOptions::default());
+        let ours = psnr(&mosaic.image, &truth);
+        println!(
+            "{how:?}: average {average:.2} dB, ours {ours:.2} dB, gains {expected:.3?}, found {:.3?}",
+            mosaic.gains
+        );
+        assert!(ours > average + 6.0, "{how:?}: {ours} dB, average {average} dB");
+        for (found, expected) in mosaic.gains.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.01, "{how:?}: {found}, not {expected}");
+        }
+    }
+}
+
+// What follows is about pictures made by formula.
+
+fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
+    let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();
+    Image { data, width, height }
+}
+
+/// Smooth, with something to see everywhere.
+fn texture(x: usize, y: usize) -> [u8; 3] {
+    let wave = |a: usize, b: usize| (100 + (a * x + b * y) % 61 - (a * x * 7 + b * y * 3) % 23) as u8;
+    [wave(3, 5), wave(7, 2), wave(1, 9)]
+}
+
+/// A canvas of 160×100 with the target where `valid`, and a reference of 100×100 on its right.
+const CANVAS: (usize, usize) = (160, 100);
+const LEFT: usize = 60;
+
+fn stage(valid: impl Fn(usize, usize) -> bool, target: impl Fn(usize, usize) -> [u8; 3]) -> Warped {
+    let image = picture(CANVAS.0, CANVAS.1, |x, y| {
+        let [r, g, b] = target(x, y);
+        // Colours under alpha 0 must not matter.
+        if valid(x, y) { [r, g, b, 255] } else { [255, 0, (x * y) as u8, 0] }
+    });
+    let footprint = Mask { data: pixels(&image).iter().map(|p| p[3]).collect(), width: CANVAS.0, height: CANVAS.1 };
+    Warped { image, footprint, depth: None, offset: (LEFT, 0), clipped: false }
+}
+
+fn reference(pixel: impl Fn(usize, usize) -> [u8; 3]) -> Image {
+    picture(CANVAS.0 - LEFT, CANVAS.1, |x, y| {
+        let [r, g, b] = pixel(x + LEFT, y);
+        [r, g, b, 255]
+    })
+}
+
+/// The left 120 columns, less a few small holes.
+fn overlapping(x: usize, y: usize) -> bool {
+    x < 120 && !(x > 70 && x % 13 == 5 && y % 11 < 2)
+}
+
+fn compose(warped: &Warped, reference: &Image, options: &BlendOptions) -> Result<Mosaic> {
+    blend(warped, reference.view(), None, options, &mut ())
+}
+
+fn ways() -> Vec<BlendOptions> {
+    let mut all = Vec::new();
+    for exposure in [Exposure::Off, Exposure::Gain, Exposure::Field] {
+        for seam in [Seam::Off, Seam::Cut] {
+            for blending in [Blending::Average, Blending::Feather, Blending::Multiband] {
+                all.push(BlendOptions { exposure, seam, blending, ..BlendOptions::default() });
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn photos_that_agree_come_out_as_they_are() {
+    let (warped, other) = (stage(overlapping, texture), reference(texture));
+    for options in ways() {
+        let mosaic = compose(&warped, &other, &options).unwrap();
+        assert!(mosaic.gains.iter().all(|gain| (gain - 1.0).abs() < 1e-6), "{options:?}: {:?}", mosaic.gains);
+        for (i, pixel) in pixels(&mosaic.image).iter().enumerate() {
+            let (x, y) = (i % CANVAS.0, i / CANVAS.0);
+            let [r, g, b] = texture(x, y);
+            assert_eq!(*pixel, [r, g, b, 255], "at {x}, {y} with {options:?}");
+            let shown = mosaic.seam.data[i];
+            let possible = [overlapping(x, y), x >= LEFT];
+            match shown {
+                1 => assert!(possible[0]),
+                2 => assert!(possible[1]),
+                _ => assert!(shown == 3 && possible[0] && possible[1] && options.blending == Blending::Average),
+            }
+        }
+    }
+}
+
+/// A brighter target: between the two levels everywhere, unchanged away from the seam, and no jump at it.
+#[test]
+fn bands_pass_smoothly_and_leave_no_halo() {
+    let (warped, other) = (stage(overlapping, |_, _| [140, 140, 140]), reference(|_, _| [100, 100, 100]));
+    for seam in [Seam::Off, Seam::Cut] {
+        let options = BlendOptions { exposure: Exposure::Off, seam, bands: 4, ..BlendOptions::default() };
+        let mosaic = compose(&warped, &other, &options).unwrap();
+        let level = |x: usize, y: usize| pixels(&mosaic.image)[y * CANVAS.0 + x][0];
+        for y in 0..CANVAS.1 {
+            assert_eq!((level(0, y), level(CANVAS.0 - 1, y)), (140, 100));
+            for x in 0..CANVAS.0 {
+                assert!((100..=140).contains(&level(x, y)), "{} at {x}, {y} with {seam:?}", level(x, y));
+                if x > 0 {
+                    let step = level(x, y).abs_diff(level(x - 1, y));
+                    assert!(step <= 4, "a step of {step} at {x}, {y} with {seam:?}");
+                }
+            }
+        }
+        assert!(level(0, 0) == 140 && level(40, 50) >= 136 && level(130, 50) <= 104);
+    }
+}
+
+/// Half the ramp on either side of the middle line, 0 for a hard edge.
+#[test]
+fn feather_is_as_wide_as_asked_for() {
+    let (warped, other) = (stage(|x, _| x < 120, |_, _| [200, 200, 200]), reference(|_, _| [100, 100, 100]));
+    for feather in [0, 8, 20] {
+        let options = BlendOptions {
+            exposure: Exposure::Off,
+            seam: Seam::Off,
+            blending: Blending::Feather,
+            feather,
+            ..BlendOptions::default()
+        };
+        let mosaic = compose(&warped, &other, &options).unwrap();
+        let row: Vec<u8> = pixels(&mosaic.image)[50 * CANVAS.0..51 * CANVAS.0].iter().map(|p| p[0]).collect();
+        assert!(row.is_sorted_by(|a, b| a >= b), "{row:?}");
+        let mixed = row.iter().filter(|&&v| v != 200 && v != 100).count();
+        assert!(mixed.abs_diff(feather as usize) <= 1, "{mixed} mixed pixels of {feather}");
+        assert_eq!((row[89 - feather as usize / 2], row[91 + feather as usize / 2]), (200, 100));
+    }
+}
+
+/// Whether the seam passes between two pixels of the region.
+fn passes(seam: &Mask, inside: impl Fn(usize, usize) -> bool) -> bool {
+    let differ = |a: usize, b: usize| seam.data[a] ^ seam.data[b] == 3;
+    (0..seam.data.len()).any(|i| {
+        let (x, y) = (i % seam.width, i / seam.width);
+        inside(x, y)
+            && (x + 1 < seam.width && inside(x + 1, y) && differ(i, i + 1)
+                || y + 1 < seam.height && inside(x, y + 1) && differ(i, i + seam.width))
+    })
+}
+
+#[test]
+fn the_cut_goes_around_what_moved_and_what_is_not_trusted() {
+    let options = BlendOptions { exposure: Exposure::Off, ..BlendOptions::default() };
+    // A bar across most of the overlap, so that the shortest way would lead through it.
+    for bar in [10..80, 25..100, 0..70] {
+        let moved = |x: usize, y: usize| (66..112).contains(&x) && bar.contains(&y);
+        let bright = |x: usize, y: usize| if moved(x, y) && (x + y) % 7 < 4 { [250, 250, 20] } else { texture(x, y) };
+        let mosaic = compose(&stage(|x, _| x < 120, bright), &reference(texture), &options).unwrap();
+        assert!(!passes(&mosaic.seam, moved), "the seam crosses what moved in {bar:?}");
+
+        let believed = |x: usize, y: usize| !moved(x + LEFT, y);
+        let data = (0..100 * 100).map(|i| if believed(i % 100, i / 100) { 255 } else { 0 }).collect();
+        let trusted = Mask { data, width: 100, height: 100 };
+        let (warped, other) = (stage(|x, _| x < 120, texture), reference(texture));
+        let mosaic = blend(&warped, other.view(), Some(&trusted), &options, &mut ()).unwrap();
+        assert!(!passes(&mosaic.seam, moved), "the seam crosses what is not trusted in {bar:?}");
+    }
+}
+
+#[test]
+fn the_reference_is_changed_only_near_the_seam() {
+    let dim = |x: usize, y: usize| texture(x, y).map(|v| v / 2);
+    let (warped, other) = (stage(overlapping, dim), reference(texture));
+    let options = BlendOptions { bands: 1, ..BlendOptions::default() };
+    let mosaic = compose(&warped, &other, &options).unwrap();
+    assert!(mosaic.gains.iter().all(|gain| *gain > 3.0), "{:?}", mosaic.gains);
+    for (i, pixel) in pixels(&mosaic.image).iter().enumerate().filter(|(i, _)| i % CANVAS.0 >= 130) {
+        let [r, g, b] = texture(i % CANVAS.0, i / CANVAS.0);
+        assert_eq!(*pixel, [r, g, b, 255]);
+    }
+}
+
+/// No overlap, nothing but overlap, no target, slivers: whatever is asked for, something sensible comes out.
+#[test]
+fn odd_shapes_are_no_trouble() {
+    let masks: [fn(usize, usize) -> bool; 8] = [
+        |x, _| x < LEFT,
+        |_, _| true,
+        |_, _| false,
+        |x, y| x == 70 && y == 30,
+        |x, _| x == LEFT,
+        |x, y| (x + y) % 2 == 0,
+        |x, y| x > 100 && y > 90,
+        |x, y| x < LEFT - 20 || (x > 140 && y < 10),
+    ];
+    for (which, valid) in masks.into_iter().enumerate() {
+        let (warped, other) = (stage(valid, |x, y| [x as u8, y as u8, 77]), reference(texture));
+        for options in ways() {
+            let mosaic = compose(&warped, &other, &options).unwrap();
+            for (i, pixel) in pixels(&mosaic.image).iter().enumerate() {
+                let (x, y) = (i % CANVAS.0, i / CANVAS.0);
+                let covered = valid(x, y) || x >= LEFT;
+                assert_eq!(pixel[3] == 255, covered, "mask {which} at {x}, {y} with {options:?}");
+                assert_eq!(mosaic.seam.data[i] != 0, covered);
+                if !covered {
+                    assert_eq!(*pixel, [0; 4]);
+                }
+            }
+        }
+    }
+    let dot = picture(1, 1, |_, _| [9, 9, 9, 255]);
+    let footprint = Mask { data: vec![255], width: 1, height: 1 };
+    let tiny = Warped { image: dot.clone(), footprint, depth: None, offset: (0, 0), clipped: false };
+    for options in ways() {
+        assert_eq!(compose(&tiny, &dot, &options).unwrap().image, dot);
+    }
+}
+
+#[derive(Default)]
+struct Watch {
+    seen: Vec<f32>,
+    stop_at: Option<f32>,
+}
+
+impl Observer for Watch {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        assert_eq!(stage, Stage::Blend);
+        self.seen.push(fraction);
+        self.stop_at.is_none_or(|limit| fraction < limit)
+    }
+}
+
+#[test]
+fn reports_progress_and_stops_when_told() {
+    let (warped, other) = (stage(overlapping, texture), reference(|x, y| texture(x + 1, y)));
+    for options in ways() {
+        let mut watch = Watch::default();
+        blend(&warped, other.view(), None, &options, &mut watch).unwrap();
+        assert!(watch.seen.is_sorted(), "{options:?}: {:?}", watch.seen);
+        assert_eq!((watch.seen.first(), watch.seen.last()), (Some(&0.0), Some(&1.0)));
+        for limit in [0.0, 0.1, 0.3, 0.7] {
+            let mut watch = Watch { stop_at: Some(limit), ..Watch::default() };
+            let stopped = blend(&warped, other.view(), None, &options, &mut watch);
+            assert_eq!(stopped, Err(Error::Aborted), "{options:?} at {limit}");
+        }
+    }
+}
+
+#[test]
+fn refuses_bad_options_and_sizes() {
+    let (warped, other) = (stage(overlapping, texture), reference(texture));
+    let refused = |options: &BlendOptions, trusted: Option<&Mask>| {
+        let view: ImageView<'_> = other.view();
+        let error = blend(&warped, view, trusted, options, &mut ()).unwrap_err();
+        (error.code(), error.details())
+    };
+    let feather = BlendOptions { feather: 1001, ..BlendOptions::default() };
+    assert_eq!(refused(&feather, None), ("invalid-argument", vec![("value", 1001.0)]));
+    let bands = BlendOptions { bands: 11, ..BlendOptions::default() };
+    assert_eq!(refused(&bands, None), ("invalid-argument", vec![("value", 11.0)]));
+    let small = Mask { data: vec![255; 99 * 100], width: 99, height: 100 };
+    let mismatch = ("size-mismatch", vec![("expected", 10000.0), ("actual", 9900.0)]);
+    assert_eq!(refused(&BlendOptions::default(), Some(&small)), mismatch);
+    let short = Mask { data: vec![255; 9999], width: 100, height: 100 };
+    let mismatch = ("size-mismatch", vec![("expected", 10000.0), ("actual", 9999.0)]);
+    assert_eq!(refused(&BlendOptions::default(), Some(&short)), mismatch);
+}
