@@ -37,3 +37,7 @@ export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
     ? WebAssembly.compileStreaming(response)
     : WebAssembly.compile(await response.arrayBuffer());
 }
+
+/** `fetch`, which in Node reads files, too. */
+export const fetchFile = (address: string | URL, init: RequestInit): Promise<Response> =>
+  fetch(address, init);

@@ -2,7 +2,7 @@ import { readFile } from "node:fs/promises";
 import { Worker } from "node:worker_threads";
 import type { WasmSource } from "../types.js";
 import type { Reply } from "../worker/serve.js";
-import { compile as compileFetched, type Port } from "./browser.js";
+import { compile as compileFetched, fetchFile as fetchRemote, type Port } from "./browser.js";
 
 export type { Port } from "./browser.js";
 
@@ -23,4 +23,9 @@ export function spawn(onReply: (reply: Reply) => void, onDeath: (cause: Error) =
 export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
   const url = source instanceof URL ? source : undefined;
   return compileFetched(url?.protocol === "file:" ? Uint8Array.from(await readFile(url)) : source);
+}
+
+export async function fetchFile(address: string | URL, init: RequestInit): Promise<Response> {
+  if (!/^file:/i.test(String(address))) return fetchRemote(address, init);
+  return new Response(Uint8Array.from(await readFile(new URL(address))));
 }

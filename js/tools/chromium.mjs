@@ -65,11 +65,20 @@ export async function chromiumPath() {
   throw new Error("no Chromium found: install one, or set CHROMIUM_PATH to where it is");
 }
 
-/** A running Chromium, as Playwright sees it. The caller closes it. */
-export async function launch() {
+const noGpu = ["--disable-gpu"];
+/** WebGPU on the processor: slow, and the same everywhere. */
+const softwareGpu = [
+  "--enable-unsafe-webgpu",
+  "--use-webgpu-adapter=swiftshader",
+  "--enable-features=Vulkan",
+];
+
+/** A running Chromium, as Playwright sees it, with or without WebGPU. The caller closes it. */
+export async function launch({ webgpu = false } = {}) {
   const { chromium } = await import("playwright-core");
+  const gpu = webgpu ? softwareGpu : noGpu;
   return chromium.launch({
     executablePath: await chromiumPath(),
-    args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
+    args: ["--no-sandbox", "--disable-background-networking", ...gpu],
   });
 }

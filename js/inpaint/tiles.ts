@@ -1,0 +1,117 @@
+/** A rectangle of pixels. */
+export interface Box {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+/** A part of the voids, and as much of the picture around it as the network needs to see. */
+export interface Tile {
+  voids: Box;
+  crop: Box;
+}
+
+/** How many pixels are marked, counted in no time for any box. */
+export interface Count {
+  in(box: Box): number;
+}
+
+/** Sums over all boxes from the top left corner (Crow 1984). */
+export function countMarked(
+  marked: (index: number) => boolean,
+  width: number,
+  height: number,
+): Count {
+  const stride = width + 1;
+  const sums = new Uint32Array(stride * (height + 1));
+  for (let y = 0; y < height; y++) {
+    let row = 0;
+    for (let x = 0; x < width; x++) {
+      if (marked(y * width + x)) row++;
+      const above = y * stride + x + 1;
+      sums[above + stride] = (sums[above] ?? 0) + row;
+    }
+  }
+  const upTo = (x: number, y: number) => sums[y * stride + x] ?? 0;
+  return {
+    in: ({ x, y, width, height }) =>
+      upTo(x + width, y + height) - upTo(x, y + height) - upTo(x + width, y) + upTo(x, y),
+  };
+}
+
+/**
+ * Tiles that cover all voids. A tile's crop is as large as the network's own square, so nothing is shrunk, unless a void
+ * is so large that such a square would see too little beside it: then the crop grows until it does.
+ */
+export function tilesAround(voids: Count, unknown: Count, picture: Box, side: number): Tile[] {
+  const all = shrink(picture, voids);
+  if (!all) return [];
+  const known = (crop: Box) => 1 - unknown.in(crop) / (crop.width * crop.height);
+  const divide = (box: Box): Tile[] => {
+    const crop = around(box, picture, side);
+    if (Math.max(box.width, box.height) <= side / 2) return [{ voids: box, crop }];
+    const halves = cut(box, voids)
+      .map((half) => shrink(half, voids))
+      .filter((half) => half !== undefined);
+    // A half that is solid void has nothing to be drawn from: better a coarse look at the whole.
+    const least = Math.min(0.4, 0.75 * known(crop));
+    const enough = halves.every((half) => known(around(half, picture, side)) >= least);
+    if (!enough) return [{ voids: box, crop }];
+    return halves.flatMap(divide);
+  };
+  return divide(all);
+}
+
+/** The square around a box, twice as wide as it and at least `side`, moved and cut to lie within the picture. */
+function around(box: Box, picture: Box, side: number): Box {
+  const wanted = Math.max(side, 2 * Math.max(box.width, box.height));
+  const span = (start: number, length: number, limit: number): [number, number] => {
+    const size = Math.min(wanted, limit);
+    const from = Math.round(start + (length - size) / 2);
+    return [Math.max(0, Math.min(from, limit - size)), size];
+  };
+  const [x, width] = span(box.x, box.width, picture.width);
+  const [y, height] = span(box.y, box.height, picture.height);
+  return { x, y, width, height };
+}
+
+/** Both parts of a box, cut across its longer side where that goes through the fewest voids, not too near its ends. */
+function cut(box: Box, voids: Count): Box[] {
+  const wide = box.width >= box.height;
+  const length = wide ? box.width : box.height;
+  const part = (from: number, to: number): Box =>
+    wide
+      ? { ...box, x: box.x + from, width: to - from }
+      : { ...box, y: box.y + from, height: to - from };
+  let best = length >> 1;
+  let fewest = Infinity;
+  for (let at = length >> 2; at < length - (length >> 2); at++) {
+    // Of equal lines the one nearest to the middle.
+    const cost = voids.in(part(at, at + 1)) + Math.abs(at - length / 2) / length;
+    if (cost < fewest) [best, fewest] = [at, cost];
+  }
+  return [part(0, best), part(best, length)];
+}
+
+/** The smallest box with all of the voids in this one. */
+function shrink(box: Box, voids: Count): Box | undefined {
+  const total = voids.in(box);
+  if (total === 0) return undefined;
+  // How far one can go from a side before meeting a void, by halving.
+  const free = (length: number, strip: (size: number) => Box): number => {
+    let [low, high] = [0, length];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (voids.in(strip(middle)) === 0) low = middle;
+      else high = middle;
+    }
+    return low;
+  };
+  const { x, y, width, height } = box;
+  const left = free(width, (size) => ({ ...box, width: size }));
+  const right = free(width, (size) => ({ ...box, x: x + width - size, width: size }));
+  const top = free(height, (size) => ({ ...box, height: size }));
+  const bottom = free(height, (size) => ({ ...box, y: y + height - size, height: size }));
+  return { x: x + left, y: y + top, width: width - left - right, height: height - top - bottom };
+}
