@@ -1,14 +1,18 @@
-import { defineConfig, type Plugin } from "vite";
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { defineConfig, transformWithOxc, type Plugin } from "vite";
 
 /**
- * What the built page may do: run its own scripts and WebAssembly, and nothing from anywhere else. The development
- * server injects inline styles, so the policy is part of the build only.
+ * What the built page may do: run its own scripts and WebAssembly, and nothing from anywhere else. Data may come from
+ * other hosts, for a network that the user asks for; nothing else fetches any. The development server injects inline
+ * styles, so the policy is part of the build only.
  */
 const policy = [
   "default-src 'none'",
   "script-src 'self' 'wasm-unsafe-eval'",
   "worker-src 'self'",
-  "connect-src 'self'",
+  "connect-src 'self' https:",
   "style-src 'self'",
   "img-src 'self'",
   "base-uri 'none'",
@@ -27,11 +31,49 @@ const contentSecurityPolicy: Plugin = {
   ],
 };
 
+/** What only a network needs is large: it is kept when it is first used, not ahead. */
+const keptOnUse = /\bort[.-]|transformers/;
+
+/** Writes the service worker, which knows by name what to keep. */
+const serviceWorker: Plugin = {
+  name: "service-worker",
+  apply: "build",
+  enforce: "post",
+  async generateBundle(_, bundle) {
+    const files = Object.keys(bundle).filter(
+      (name) => !keptOnUse.test(name) && !/\.map$/.test(name),
+    );
+    const hash = createHash("sha256");
+    for (const name of files.sort()) {
+      const file = bundle[name];
+      hash.update(name).update(file?.type === "chunk" ? file.code : (file?.source ?? ""));
+    }
+    const source = readFileSync(join(import.meta.dirname, "src", "service-worker.ts"), "utf8");
+    const { code } = await transformWithOxc(source, "service-worker.ts", {});
+    this.emitFile({
+      type: "asset",
+      fileName: "service-worker.js",
+      source: code.replace("__VERSION__", hash.digest("hex").slice(0, 16)).replace(
+        "__FILES__",
+        JSON.stringify(["./", "icon.svg", ...files.filter((name) => name !== "index.html")])
+          .slice(1, -1)
+          .replaceAll('"', "")
+          .replaceAll(",", " "),
+      ),
+    });
+  },
+};
+
 export default defineConfig({
   root: import.meta.dirname,
   base: "./",
-  plugins: [contentSecurityPolicy],
+  plugins: [contentSecurityPolicy, serviceWorker],
   worker: { format: "es" },
+  // The networks' libraries find their own wasm beside their scripts, which pre-bundling would move.
+  optimizeDeps: {
+    exclude: ["onnxruntime-web", "@huggingface/transformers"],
+    include: ["exifr/dist/mini.esm.mjs"],
+  },
   build: {
     target: "es2022",
     outDir: "dist",

@@ -1,4 +1,4 @@
-// `npm start`: installs, builds, renders the sample and serves the page. Stop it with Ctrl+C.
+// `npm start`: installs, builds, renders the sample and serves the page with it stitched. Stop it with Ctrl+C.
 import { spawn } from "node:child_process";
 import { join } from "node:path";
 import { build } from "./build.mjs";
@@ -14,8 +14,9 @@ const server = await createServer({ configFile: join(root, "www", "vite.config.t
 await server.listen();
 const url = server.resolvedUrls?.local[0] ?? server.resolvedUrls?.network[0];
 if (!url) throw new Error("the server has no address");
-console.log(`\nThe page is at ${url} (Ctrl+C to stop)`);
-if (canShow()) open(url);
+const page = new URL("?sample", url).href;
+console.log(`\nThe page is at ${page} (Ctrl+C to stop)`);
+if (canShow()) open(page);
 
 /** Whether there is someone to look at a browser. */
 function canShow() {

@@ -1,25 +1,40 @@
 // What the browser tests share: the page, built from the present dist/ and served on localhost, in a fresh Chromium.
 import assert from "node:assert/strict";
-import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, rmSync } from "node:fs";
+import { readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { decodeImage } from "depthstitch/codecs";
 import { build, preview } from "vite";
 import { launch } from "../../js/tools/chromium.mjs";
+import { renderSample } from "../../js/tools/sample.mjs";
+import { root } from "../../js/tools/shared.mjs";
 
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").BrowserContextOptions} ContextOptions */
 
 const www = fileURLToPath(new URL("../../www/", import.meta.url));
 
-/** A file of the sample case. @param {string} name */
-export const sampleFile = (name) => join(www, "public", "sample", name);
+/** A file of the example that the page brings along. @param {string} name */
+export const exampleFile = (name) => join(www, "public", "sample", name);
+
+/** A file of the same scene, small enough to be stitched many times. @param {string} name */
+export const smallFile = (name) => join(root, "target", "sample-small", name);
+
+/** The two photos alone. */
+export const smallPhotos = ["target.jpg", "reference.jpg"].map(smallFile);
+
+/** All files of the small case: photos, depth maps, matches, and what the depth maps mean. */
+export const smallCase = [
+  ...smallPhotos,
+  ...["target_depth.png", "reference_depth.png", "matches.csv", "case.json"].map(smallFile),
+];
 
 /** Builds and serves the page and starts a browser. */
 export async function startSite() {
-  if (!existsSync(sampleFile("case.json"))) {
-    throw new Error("www/public/sample is missing: node js/tools/sample.mjs renders it");
-  }
+  renderSample();
+  renderSample(join("target", "sample-small"), 240, 160);
   const outDir = mkdtempSync(join(tmpdir(), "depthstitch-www-"));
   const config = /** @type {const} */ ({
     root: www,
@@ -32,30 +47,44 @@ export async function startSite() {
   const url = server.resolvedUrls?.local[0];
   if (!url) throw new Error("the preview server has no address");
   const browser = await launch();
+  const stopServer = () =>
+    new Promise((resolve) => {
+      server.httpServer.close(resolve);
+      if ("closeAllConnections" in server.httpServer) server.httpServer.closeAllConnections();
+    });
 
   return {
     url,
+    outDir,
+    stopServer,
     /**
-     * A page that has finished its first run. `complaints` collects what must stay empty: console errors, uncaught
-     * exceptions, violations of the content security policy, and requests to another host or without success.
+     * A page that is ready, with these files loaded and stitched if there are any. `complaints` collects what must stay
+     * empty: console errors, uncaught exceptions, violations of the content security policy, and requests to another
+     * host or without success.
      *
-     * @param {ContextOptions} [options]
+     * @param {ContextOptions & { files?: readonly string[], hash?: string }} [options]
      */
-    async open(options) {
+    async open({ files = [], hash = "", ...options } = {}) {
       const context = await browser.newContext({
         viewport: { width: 1280, height: 900 },
+        // A request that a service worker answers cannot be watched.
+        serviceWorkers: "block",
         ...options,
       });
       const page = await context.newPage();
       const complaints = watch(page, url);
       await page.addInitScript(collectInPage);
-      await page.goto(url);
-      await finished(page);
+      await page.goto(url + hash);
+      await page.locator("#version", { hasText: "depthstitch" }).waitFor();
+      if (files.length > 0) {
+        await page.setInputFiles("#many-files", [...files]);
+        await finished(page);
+      }
       return { page, complaints: () => inPage(page, complaints), close: () => context.close() };
     },
     async close() {
       await browser.close();
-      await new Promise((resolve) => server.httpServer.close(resolve));
+      await stopServer();
       rmSync(outDir, { recursive: true });
     },
   };
@@ -63,15 +92,74 @@ export async function startSite() {
 
 /** Waits until a run has succeeded. @param {Page} page */
 export async function finished(page) {
-  await page.locator("#status", { hasText: /^Done in/ }).waitFor();
+  await page.locator("#status", { hasText: /^Done/ }).waitFor();
 }
 
 /** Starts a run and waits until it has succeeded. @param {Page} page */
 export async function stitchAgain(page) {
   await page.locator("#run").click();
-  // The status may still be that of the run before, so look for the end of this one.
-  await page.locator('#run[aria-disabled="false"]').waitFor();
+  await idle(page);
   await finished(page);
+}
+
+/** Waits until nothing runs. @param {Page} page */
+export async function idle(page) {
+  // The run may not have begun yet.
+  await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 50)));
+  await page.locator('#run[aria-disabled="false"]').waitFor();
+}
+
+/** Opens a part of the settings. @param {Page} page @param {"depth" | "fill" | "options"} name */
+export async function openPanel(page, name) {
+  await page.locator(`#${name}-panel > summary`).click();
+}
+
+/**
+ * The picture as the page saves it, whole and as PNG.
+ *
+ * @param {Page} page
+ * @param {"mosaic" | "warped"} [which]
+ */
+export async function savedPicture(page, which = "mosaic") {
+  await page.selectOption("#save-format", "png");
+  await page.selectOption("#save-crop", "whole");
+  return decodeImage((await saved(page, `#download-${which}`)).bytes);
+}
+
+/** What a button saves. @param {Page} page @param {string} button */
+export async function saved(page, button) {
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.locator(button).click(),
+  ]);
+  return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
+}
+
+/**
+ * A file as the browser decodes it, at the size that its pixels are drawn to: JPEG decoders differ in their last bit.
+ *
+ * @param {Page} page
+ * @param {string} path
+ * @returns {Promise<Picture>}
+ */
+export async function decodedByBrowser(page, path) {
+  const file = (await readFile(path)).toString("base64");
+  const { width, height, base64 } = await page.evaluate(async (file) => {
+    const bytes = Uint8Array.from(atob(file), (character) => character.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes]));
+    const { width, height } = bitmap;
+    const canvas = new OffscreenCanvas(width, height);
+    const context = canvas.getContext("2d", { willReadFrequently: true });
+    context?.drawImage(bitmap, 0, 0);
+    const image = context?.getImageData(0, 0, width, height);
+    const url = await new Promise((/** @type {(url: string) => void} */ resolve) => {
+      const reader = new FileReader();
+      reader.onload = () => resolve(String(reader.result));
+      reader.readAsDataURL(new Blob([image?.data ?? ""]));
+    });
+    return { width, height, base64: url.slice(url.indexOf(",") + 1) };
+  }, file);
+  return { data: new Uint8ClampedArray(Buffer.from(base64, "base64")), width, height };
 }
 
 /** @param {Page} page @param {string} url */
@@ -79,7 +167,9 @@ function watch(page, url) {
   /** @type {string[]} */
   const complaints = [];
   page.on("console", (message) => {
-    if (message.type() === "error" || message.type() === "warning") complaints.push(message.text());
+    const { type, text } = { type: message.type(), text: message.text() };
+    if (text === "Service Worker registration blocked by Playwright") return;
+    if (type === "error" || type === "warning") complaints.push(text);
   });
   page.on("pageerror", (error) => complaints.push(String(error)));
   page.on("request", (request) => {
@@ -115,29 +205,6 @@ export function seen(page) {
 /** @param {Page} page @param {string[]} complaints */
 async function inPage(page, complaints) {
   return [...complaints, ...(await seen(page)).violations];
-}
-
-/** The pixels of a canvas. @param {Page} page @param {string} selector */
-export async function canvasPixels(page, selector) {
-  const { width, height, base64 } = await page.locator(selector).evaluate(async (canvas) => {
-    if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
-    const { width, height } = canvas;
-    // Read from a copy: reading moves a canvas out of the graphics memory, which a user's page never does.
-    const copy = document.createElement("canvas");
-    Object.assign(copy, { width, height });
-    const context = copy.getContext("2d", { willReadFrequently: true });
-    context?.drawImage(canvas, 0, 0);
-    const image = context?.getImageData(0, 0, width, height);
-    const blob = new Blob([image?.data ?? ""]);
-    const url = await new Promise((/** @type {(url: string) => void} */ resolve) => {
-      const reader = new FileReader();
-      reader.onload = () => resolve(String(reader.result));
-      reader.readAsDataURL(blob);
-    });
-    return { width, height, base64: url.slice(url.indexOf(",") + 1) };
-  });
-  const data = new Uint8ClampedArray(Buffer.from(base64, "base64"));
-  return { data, width, height };
 }
 
 /**

@@ -1,7 +1,15 @@
-// Running: progress, cancelling, and everything by keyboard.
+// Running: progress, cancelling in every stage, a lost worker, and a page that never stands still.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { assertSame, canvasPixels, finished, same, startSite, stitchAgain } from "./page.mjs";
+import {
+  assertSame,
+  finished,
+  idle,
+  savedPicture,
+  smallPhotos,
+  startSite,
+  stitchAgain,
+} from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
@@ -12,34 +20,44 @@ before(async () => {
 });
 after(() => site.close());
 
-/** Presses Cancel as soon as the status says that this stage runs. @param {Page} page @param {RegExp} stage */
-async function cancelDuring(page, stage) {
-  await page.evaluate((source) => {
+/** What the status says in each stage of two photos without anything else. */
+const stages = ["Reading", "Looking", "Matching", "Fitting", "Finding", "Refining", "Moving"];
+const later = ["Measuring", "Joining", "Filling"];
+
+/** Has Cancel pressed as soon as the status begins with this word. @param {Page} page @param {string} word */
+async function cancelDuring(page, word) {
+  await page.evaluate((word) => {
     const status = document.querySelector("#status");
     const cancel = document.querySelector("#cancel");
     const observer = new MutationObserver(() => {
-      if (!new RegExp(source).test(status?.textContent ?? "")) return;
+      if (!status?.textContent?.startsWith(word)) return;
       observer.disconnect();
       if (cancel instanceof HTMLElement) cancel.click();
+      document.body.dataset.cancelled = word;
     });
     if (status) observer.observe(status, { childList: true, characterData: true, subtree: true });
-  }, stage.source);
-  await page.locator("#run").click();
+  }, word);
 }
 
-test("cancels in the middle, keeps the earlier result, and runs again to the same bytes", async () => {
+test("cancels in every stage, and runs again to the same bytes, twice", async () => {
   const { page, complaints, close } = await site.open();
-  const before = await canvasPixels(page, "#mosaic");
-  for (const stage of [/^Fitting/, /^Warping/]) {
+  for (const [index, stage] of [...stages, ...later].entries()) {
     await cancelDuring(page, stage);
+    if (index === 0) await page.setInputFiles("#many-files", smallPhotos);
+    else await page.locator("#run").click();
+    await page.locator(`body[data-cancelled="${stage}"]`).waitFor();
     await page.locator("#status", { hasText: "Cancelled" }).waitFor();
-    assert.equal(await page.locator("#run").getAttribute("aria-disabled"), "false");
-    while (page.workers().length > 0) await page.workers()[0]?.waitForEvent("close");
-    assertSame(await canvasPixels(page, "#mosaic"), before);
+    await idle(page);
   }
   await stitchAgain(page);
+  const first = await savedPicture(page);
   assert.equal(await page.locator("#message").textContent(), "");
-  assertSame(await canvasPixels(page, "#mosaic"), before);
+  for (let run = 0; run < 2; run++) {
+    await page.locator("#swap").click();
+    await idle(page);
+    await finished(page);
+  }
+  assertSame(await savedPicture(page), first);
   assert.deepEqual(await complaints(), []);
   await close();
 });
@@ -54,113 +72,99 @@ test("tells every stage as it comes", async () => {
     const note = () => void heard.push(status?.textContent ?? "");
     if (status) new MutationObserver(note).observe(status, { childList: true });
   });
-  await stitchAgain(page);
+  await page.setInputFiles("#many-files", smallPhotos);
+  await finished(page);
   /** @type {string[]} */
   const heard = await page.evaluate("heard");
-  const stages = heard.map((words) => words.split(" ")[0]);
-  assert.deepEqual(stages, [
-    "Reading",
-    "Fitting",
-    "Warping",
-    "Measuring",
-    "Blending",
-    "Filling",
-    "Done",
-  ]);
+  // Depth is gone on with after its refinement.
+  const once = new Set(heard.map((words) => words.split(" ")[0]));
+  assert.deepEqual([...once], [...stages, ...later, "Done"]);
   await close();
 });
 
-test("options change the result, and resetting brings it back", async () => {
-  const { page, close } = await site.open();
-  const before = await canvasPixels(page, "#mosaic");
-  await page.locator("summary").click();
-  await page.selectOption("#option-robustFit", "homography");
-  await stitchAgain(page);
-  const flat = await canvasPixels(page, "#mosaic");
-  assert.ok(!same(flat, before), "a homography gives another mosaic");
-  await page.getByRole("button", { name: "Reset to defaults" }).click();
-  await stitchAgain(page);
-  assertSame(await canvasPixels(page, "#mosaic"), before);
-  await close();
-});
-
-test("everything is reached and worked by keyboard, with the focus in sight", async () => {
-  const { page, close } = await site.open();
-  /** @type {string[]} */
-  const path = [];
-  for (let i = 0; i < 60; i++) {
-    await page.keyboard.press("Tab");
-    const { name, outlined, visible } = await page.evaluate(() => {
-      const element = document.activeElement;
-      if (!(element instanceof HTMLElement) || element === document.body) {
-        return { name: "", outlined: true, visible: true };
-      }
-      // A file input lends its focus ring to its label.
-      const file = element instanceof HTMLInputElement && element.type === "file";
-      const ringed = file ? (element.nextElementSibling ?? element) : element;
-      const style = getComputedStyle(ringed);
-      const box = ringed.getBoundingClientRect();
-      return {
-        name: element.id || element.getAttribute("data-part") || element.tagName.toLowerCase(),
-        outlined: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1,
-        // In the window, and not under the bar with the Stitch button.
-        visible: ringed.contains(
-          document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2),
-        ),
-      };
-    });
-    if (name === "") break;
-    assert.ok(outlined, `${name} shows that it has the focus`);
-    assert.ok(visible, `${name} is in view`);
-    path.push(name);
-  }
-  for (const id of [
-    "load-sample",
-    "clear-inputs",
-    "many-files",
-    "target-file",
-    "reference-file",
-    "targetDepth-file",
-    "referenceDepth-file",
-    "depth-invalid",
-    "matches-file",
-    "summary",
-    "run",
-    "cancel",
-    "download-mosaic",
-    "download-warped",
-    "download-report",
-  ]) {
-    assert.ok(path.includes(id), `${id} is reached; the path was ${path.join(" ")}`);
-  }
-
-  await page.locator("#run").focus();
-  await page.keyboard.press("Enter");
-  await page.keyboard.press("Escape");
-  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
-  assert.equal(await page.evaluate(() => document.activeElement?.id), "run", "the focus stays");
-  await page.keyboard.press("Enter");
+test("photos that change during a run are stitched instead", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await page.locator("#swap").click();
+  await page.locator("#status", { hasText: /…$/ }).waitFor();
+  await page.locator("#swap").click();
+  await idle(page);
   await finished(page);
+  assert.match(
+    (await page.locator("#result-source").textContent()) ?? "",
+    /^target\.jpg onto reference\.jpg$/,
+  );
   await close();
 });
 
-test("every control has a name", async () => {
+test("a worker that is lost is an error in words, and the next run works", async () => {
   const { page, close } = await site.open();
-  await page.locator("summary").click();
-  const snapshot = await page.locator("body").ariaSnapshot();
-  assert.doesNotMatch(
-    snapshot,
-    /- (button|textbox|spinbutton|combobox|checkbox|radio|link)(:| *$| \[)/m,
+  // The core's worker, as a page would lose it when the browser runs short of memory.
+  await page.route(/assets\/browser-.*\.js$/, (route) => route.abort());
+  await page.setInputFiles("#many-files", smallPhotos);
+  await page.locator("#message", { hasText: /could not be loaded/ }).waitFor();
+  await page.unroute(/assets\/browser-.*\.js$/);
+
+  await page.route(/assets\/browser-.*\.js$/, (route) =>
+    route.fulfill({
+      contentType: "text/javascript",
+      body: "postMessage({ ready: true }); onmessage = () => setTimeout(() => { throw new Error('gone'); });",
+    }),
   );
-  const nameless = await page.evaluate(() =>
-    [...document.querySelectorAll("input, select, button")]
-      .filter((control) => {
-        if (control instanceof HTMLButtonElement) return !control.textContent?.trim();
-        const { labels } = /** @type {HTMLInputElement | HTMLSelectElement} */ (control);
-        return labels?.length === 0;
-      })
-      .map((control) => control.id),
-  );
-  assert.deepEqual(nameless, []);
+  await page.locator("#run").click();
+  await page.locator("#message", { hasText: /fault of the program/ }).waitFor();
+  await page.unroute(/assets\/browser-.*\.js$/);
+  await stitchAgain(page);
+  assert.equal(await page.locator("#message").textContent(), "");
   await close();
 });
+
+test("the page is never blocked for longer than 50 ms during a stitch", async () => {
+  const { page, close } = await site.open();
+  await page.evaluate(() => {
+    const counter = { frames: 0 };
+    Object.assign(globalThis, { counter });
+    const count = () => {
+      counter.frames++;
+      requestAnimationFrame(count);
+    };
+    requestAnimationFrame(count);
+  });
+  const tasks = await mainThreadTasks(page, async () => {
+    await page.locator("#start-sample").click();
+    await page.locator("#status", { hasText: "…" }).waitFor();
+    await finished(page);
+    await page.locator("#view-caption", { hasText: "pixels" }).waitFor();
+  });
+  assert.ok(Number(await page.evaluate("counter.frames")) > 20, "frames were drawn meanwhile");
+  assert.ok(tasks.length > 100, "the tasks were seen");
+  const longest = Math.max(...tasks);
+  console.log(`longest task of the page's thread: ${longest.toFixed(1)} ms`);
+  assert.ok(longest <= 50, `blocked for ${longest.toFixed(0)} ms`);
+  await close();
+});
+
+/**
+ * How long each task of the page's own thread worked, in milliseconds of that thread's time: what else the machine does
+ * is not the page's.
+ *
+ * @param {Page} page
+ * @param {() => Promise<void>} work
+ */
+async function mainThreadTasks(page, work) {
+  const browser = page.context().browser();
+  if (!browser) throw new Error("no browser");
+  const categories = ["toplevel", "disabled-by-default-devtools.timeline"];
+  await browser.startTracing(page, { categories });
+  await work();
+  /** @type {{ traceEvents: { name: string, ph: string, pid: number, tid: number, tdur?: number, args: { name?: string } }[] }} */
+  const { traceEvents } = JSON.parse((await browser.stopTracing()).toString());
+  const threads = new Set(
+    traceEvents
+      .filter(({ name, args }) => name === "thread_name" && args.name === "CrRendererMain")
+      .map(({ pid, tid }) => `${pid} ${tid}`),
+  );
+  return traceEvents
+    .filter(({ name, ph }) => name === "RunTask" && ph === "X")
+    .filter(({ pid, tid }) => threads.has(`${pid} ${tid}`))
+    .map(({ tdur }) => (tdur ?? 0) / 1000);
+}

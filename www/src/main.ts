@@ -1,38 +1,79 @@
 import { defaultOptions, version } from "depthstitch";
-import { byId, onClick } from "./dom.js";
-import { bindDrop } from "./drop.js";
-import { errorMessage } from "./error-words.js";
-import { bindInputs } from "./input-cards.js";
-import { InputLoader } from "./load-inputs.js";
-import { bindOptions } from "./options-panel.js";
-import { bindResults } from "./results.js";
-import { bindRun } from "./run.js";
-import { initialState, slotNames, Store } from "./state.js";
+import { byId, onClick, setEnabled } from "./dom.js";
+import { bindDrop } from "./inputs/drop.js";
+import { bindInputs } from "./inputs/input-cards.js";
+import { InputLoader } from "./inputs/load-inputs.js";
+import { bindPaste } from "./inputs/paste.js";
+import { bindOffline } from "./offline.js";
+import { bindProgress } from "./run/progress.js";
+import { bindRun, Runner } from "./run/run.js";
+import { bindSettingsLink } from "./settings-link.js";
+import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
+import { errorMessage } from "./words/errors.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
 async function start(): Promise<void> {
   const store = new Store();
   const loader = new InputLoader(store);
+  const runner = new Runner(store);
   bindInputs(store, loader);
   bindDrop(loader);
+  bindPaste(loader);
+  bindPhase(store);
+  bindProgress(store);
+  bindRun(store, runner);
+  bindHead(store, loader, runner);
+  bindOffline();
   try {
     const [defaults, words] = await Promise.all([defaultOptions(), version()]);
-    bindResults(store, words);
-    const run = bindRun(store, bindOptions(defaults));
+    bindSettingsLink(store, defaults);
     byId("version", HTMLElement).textContent = `depthstitch ${words}`;
-    onClick(byId("load-sample", HTMLButtonElement), () => void loader.loadSample(sampleFolder));
-    onClick(byId("clear-inputs", HTMLButtonElement), () => {
-      loader.clear(slotNames);
-      store.set({ depth: initialState.depth, status: "Ready" });
-    });
-    if (await loader.loadSample(sampleFolder)) await run();
+    if (new URLSearchParams(location.search).has("sample")) void loader.loadSample(sampleFolder);
+    // Settings and results have no use before there is a first photo, so they are loaded with it.
+    await new Promise<void>((resolve) =>
+      store.subscribe(({ loading, slots }) => {
+        if (loading.size > 0 || slots.target || slots.reference) resolve();
+      }),
+    );
+    const { bindWorkbench } = await import("./workbench.js");
+    bindWorkbench(store, loader, runner, defaults, words);
   } catch (error) {
-    const { title, advice } = errorMessage(error);
-    byId("status", HTMLElement).textContent = "Not ready";
-    byId("message", HTMLElement).classList.add("error");
-    byId("message", HTMLElement).textContent = `${title} ${advice}`;
+    store.set({ status: "Not ready", message: errorMessage(error) });
   }
+}
+
+/** The page begins with the photos alone; once both are there it becomes a workbench, and stays one. */
+function bindPhase(store: Store): void {
+  store.subscribe(({ slots, outcome }) => {
+    const working = outcome !== null || (slots.target !== null && slots.reference !== null);
+    document.body.dataset["phase"] = working ? "work" : "start";
+  });
+}
+
+function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
+  const swap = byId("swap", HTMLButtonElement);
+  onClick(swap, () => store.set({ slots: swapped(store.state.slots), problems: {} }));
+  for (const id of ["load-sample", "start-sample"]) {
+    onClick(byId(id, HTMLButtonElement), () => void loader.loadSample(sampleFolder));
+  }
+  onClick(byId("clear-inputs", HTMLButtonElement), () => {
+    runner.cancel();
+    loader.clear(slotNames);
+    const { settings } = store.state;
+    const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;
+    store.set({
+      ...initialState,
+      slots: noSlots,
+      settings: { ...settings, depthSource, depth: initialState.settings.depth },
+    });
+    byId("target-file", HTMLInputElement).focus();
+  });
+  store.subscribe(({ slots }, before) => {
+    if (slots !== before.slots || store.state === before) {
+      setEnabled(swap, slots.target !== null || slots.reference !== null);
+    }
+  });
 }
 
 void start();

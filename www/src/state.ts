@@ -1,34 +1,32 @@
 import type { Options, Progress, StitchResult } from "depthstitch";
-
-/** A depth map as its file has it; what its values mean is said by {@link DepthSettings}. */
-export interface DepthMap {
-  readonly data: Uint8Array | Uint16Array;
-  readonly width: number;
-  readonly height: number;
-}
+import type { DepthModelName } from "./networks/requests.js";
+import type { Job } from "./run/job.js";
+import type { DepthMap, Photo } from "./studio/contents.js";
 
 /** What each input holds once its file is decoded. */
 export interface Contents {
-  target: ImageData;
-  reference: ImageData;
+  target: Photo;
+  reference: Photo;
   targetDepth: DepthMap;
   referenceDepth: DepthMap;
-  /** xt, yt, xr, yr of one match after the other. */
+  /** xt, yt, xr, yr of one match after the other, in pixels of the photos as they are in their files. */
   matches: Float32Array;
 }
 
 export type SlotName = keyof Contents;
+export type PhotoSlot = "target" | "reference";
 
+export const photoSlots: readonly PhotoSlot[] = ["target", "reference"];
 export const slotNames: readonly SlotName[] = [
-  "target",
-  "reference",
+  ...photoSlots,
   "targetDepth",
   "referenceDepth",
   "matches",
 ];
+export const depthSlot = { target: "targetDepth", reference: "referenceDepth" } as const;
 
 export interface Loaded<T> {
-  readonly file: string;
+  readonly file: File;
   readonly content: T;
   /** The sample's files go together: they leave when the first photo of the user's own arrives. */
   readonly origin: "sample" | "own";
@@ -36,12 +34,37 @@ export interface Loaded<T> {
 
 export type Slots = { readonly [K in SlotName]: Loaded<Contents[K]> | null };
 
-/** What the values of both depth maps mean. */
+/** What the values of the depth maps from files mean. */
 export interface DepthSettings {
   readonly kind: "inverse" | "metric";
   /** The value that stands for "unknown", if there is one. */
   readonly invalid: number | null;
 }
+
+/** Where depth comes from: from the two photos alone, from files, or from a network that runs in this browser. */
+export type DepthSource = "photos" | "files" | "model";
+
+/** What fills the voids that neither photo saw: the core itself, or a network that runs in this browser. */
+export type Filler = "core" | "migan" | "lama";
+
+/** Everything that the user chose besides files; a link can carry it. */
+export interface Settings {
+  /** Longer side in pixels that photos are scaled down to, 0 for none. */
+  readonly photoLimit: number;
+  readonly depthSource: DepthSource;
+  readonly depth: DepthSettings;
+  readonly depthModel: DepthModelName;
+  /** Where depth networks are fetched from; empty for the library's own choice. */
+  readonly depthHost: string;
+  readonly filler: Filler;
+  /** Where the filling network's weights are; empty for where its authors published them. */
+  readonly fillAddress: string;
+  /** Only those that differ from their mode's defaults. */
+  readonly options: Partial<Options>;
+}
+
+/** Depth maps that the network made, by photo, and which network it was. */
+export type ModelDepths = ReadonlyMap<Photo, { readonly model: string; readonly map: DepthMap }>;
 
 /** Something to tell the user: what happened, and what to do next. */
 export interface Message {
@@ -53,10 +76,21 @@ export interface Message {
 /** A result with what it was made from; it stays on the page until the next one is there. */
 export interface Outcome {
   readonly result: StitchResult;
+  /** The mosaic as it is shown and saved: the result's, or with its voids filled by a network. */
+  readonly mosaic: StitchResult["mosaic"];
+  readonly job: Job;
   readonly slots: Slots;
-  readonly options: Partial<Options>;
+  readonly settings: Settings;
   /** Milliseconds from click to result, with worker and copies. */
   readonly elapsed: number;
+}
+
+/** What runs now: a stage of the core, or a network. */
+export interface Running {
+  readonly stage: Progress["stage"] | "model-depth" | "model-fill";
+  readonly fraction: number;
+  /** What the status says instead of the stage's usual words. */
+  readonly words?: string;
 }
 
 export interface State {
@@ -65,8 +99,9 @@ export interface State {
   readonly problems: { readonly [K in SlotName]?: string };
   /** Slots whose file is being decoded. */
   readonly loading: ReadonlySet<SlotName>;
-  readonly depth: DepthSettings;
-  readonly running: Progress | null;
+  readonly settings: Settings;
+  readonly modelDepths: ModelDepths;
+  readonly running: Running | null;
   readonly message: Message | null;
   readonly outcome: Outcome | null;
   /** What the status line says while nothing runs. */
@@ -81,15 +116,27 @@ export const noSlots: Slots = {
   matches: null,
 };
 
+export const defaultSettings: Settings = {
+  photoLimit: 2048,
+  depthSource: "photos",
+  depth: { kind: "inverse", invalid: null },
+  depthModel: "small",
+  depthHost: "",
+  filler: "core",
+  fillAddress: "",
+  options: {},
+};
+
 export const initialState: State = {
   slots: noSlots,
   problems: {},
   loading: new Set(),
-  depth: { kind: "inverse", invalid: null },
+  settings: defaultSettings,
+  modelDepths: new Map(),
   running: null,
   message: null,
   outcome: null,
-  status: "Loading the sample…",
+  status: "",
 };
 
 type Listener = (state: State, before: State) => void;
@@ -107,6 +154,10 @@ export class Store {
     const before = this.#state;
     this.#state = { ...before, ...change };
     for (const listener of this.#listeners) listener(this.#state, before);
+  }
+
+  change(settings: Partial<Settings>): void {
+    this.set({ settings: { ...this.#state.settings, ...settings } });
   }
 
   /** Calls `listener` now and after every change. */
@@ -128,43 +179,17 @@ function withoutSample(slots: Slots): Slots {
   return { ...noSlots, ...Object.fromEntries(entries) };
 }
 
-/** What is still needed before the photos can be stitched, in words; `null` when all is there. */
-export function missing({
-  target,
-  reference,
-  targetDepth,
-  referenceDepth,
-  matches,
-}: Slots): Message | null {
-  const note = (title: string, advice: string): Message => ({ tone: "note", title, advice });
-  if (!target && !reference) {
-    return note(
-      "Two photos are needed.",
-      "Choose a target and a reference, or go back to the sample.",
-    );
-  }
-  if (!target)
-    return note("The target photo is missing.", "Choose the photo that is to be warped.");
-  if (!reference)
-    return note("The reference photo is missing.", "Choose the photo that stays as it is.");
-  if (!matches) {
-    return note(
-      "A matches file is needed.",
-      "This version does not look for matches itself. Choose a CSV file with the header xt,yt,xr,yr and one pair of points " +
-        "a line, in pixels of the target and of the reference.",
-    );
-  }
-  if (targetDepth && !referenceDepth) {
-    return note(
-      "The reference's depth map is missing.",
-      "Depth is needed for both photos: add it, or remove the target's.",
-    );
-  }
-  if (referenceDepth && !targetDepth) {
-    return note(
-      "The target's depth map is missing.",
-      "Depth is needed for both photos: add it, or remove the reference's.",
-    );
-  }
-  return null;
+/** Target and reference exchanged, with all that belongs to them. */
+export function swapped({ target, reference, targetDepth, referenceDepth, matches }: Slots): Slots {
+  return {
+    target: reference,
+    reference: target,
+    targetDepth: referenceDepth,
+    referenceDepth: targetDepth,
+    matches: matches && { ...matches, content: swapMatches(matches.content) },
+  };
+}
+
+function swapMatches(matches: Float32Array): Float32Array {
+  return matches.map((_, i) => matches[i % 4 < 2 ? i + 2 : i - 2] ?? 0);
 }

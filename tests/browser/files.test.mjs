@@ -1,0 +1,331 @@
+// Files of the user's own: by button, drop and paste, the right ones and the wrong ones.
+import assert from "node:assert/strict";
+import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { readFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { dirname, join } from "node:path";
+import { after, before, test } from "node:test";
+import { decodeDepth, encodeGrayPng } from "depthstitch/codecs";
+import {
+  assertSame,
+  drop,
+  finished,
+  idle,
+  openPanel,
+  savedPicture,
+  smallCase,
+  smallFile,
+  smallPhotos,
+  startSite,
+  stitchAgain,
+} from "./page.mjs";
+
+/** @typedef {import("./page.mjs").Page} Page */
+
+/** @type {Awaited<ReturnType<typeof startSite>>} */
+let site;
+before(async () => {
+  site = await startSite();
+});
+after(() => site.close());
+
+const scratch = mkdtempSync(join(tmpdir(), "depthstitch-files-"));
+after(() => rmSync(scratch, { recursive: true }));
+
+/** A copy of a file of the small case under another name. @param {string} name @param {string} as */
+function copied(name, as) {
+  const path = join(scratch, as);
+  copyFileSync(smallFile(name), path);
+  return path;
+}
+
+/** A new file. @param {string} name @param {string | Uint8Array} content */
+function written(name, content) {
+  const path = join(scratch, name);
+  writeFileSync(path, content);
+  return path;
+}
+
+/** What a card says. @param {Page} page @param {string} slot @param {"file" | "note" | "size"} part */
+const said = async (page, slot, part) =>
+  (await page.locator(`[data-slot="${slot}"] [data-part="${part}"]`).textContent()) ?? "";
+
+/** Waits until a card says something. @param {Page} page @param {string} slot @param {"file" | "note"} part @param {string | RegExp} words */
+const says = (page, slot, part, words) =>
+  page
+    .locator(`[data-slot="${slot}"] [data-part="${part}"]`, { hasText: words })
+    .waitFor({ state: "attached" });
+
+/** Waits until no card is reading. @param {Page} page */
+const settled = (page) =>
+  page.locator('.card[aria-busy="true"]').first().waitFor({ state: "detached" });
+
+const message = (/** @type {Page} */ page) => page.locator("#message").textContent();
+
+test("takes the photos one by one, and asks for nothing else", async () => {
+  const { page, complaints, close } = await site.open();
+  await page.setInputFiles("#target-file", copied("target.jpg", "left.jpg"));
+  await says(page, "target", "file", "left.jpg");
+  assert.equal(await page.getAttribute("body", "data-phase"), "start");
+  await page.setInputFiles("#reference-file", copied("reference.jpg", "right.jpg"));
+  await finished(page);
+  assert.match(
+    (await page.locator("#result-source").textContent()) ?? "",
+    /^left\.jpg onto right\.jpg$/,
+  );
+  assert.equal(await message(page), "");
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("takes photos dropped on their cards, and two dropped anywhere", async () => {
+  const { page, close } = await site.open();
+  const card = page.locator('[data-slot="reference"]');
+  const [second] = [copied("reference.jpg", "second.jpg")];
+  await drop(page, '[data-slot="reference"]', [second], async () => {
+    assert.match((await card.getAttribute("class")) ?? "", /over/, "the card would take the file");
+  });
+  await says(page, "reference", "file", "second.jpg");
+  assert.doesNotMatch((await card.getAttribute("class")) ?? "", /over/);
+
+  const both = [copied("reference.jpg", "IMG_10.jpg"), copied("target.jpg", "IMG_9.jpg")];
+  await drop(page, ".masthead", both, () => page.locator("#drop-veil").waitFor());
+  await page.locator("#drop-veil").waitFor({ state: "hidden" });
+  await says(page, "target", "file", "IMG_9.jpg");
+  await says(page, "reference", "file", "IMG_10.jpg");
+  await finished(page);
+  await close();
+});
+
+test("takes pasted photos", async () => {
+  const { page, close } = await site.open();
+  const photos = await Promise.all(
+    smallPhotos.map(async (path) => (await readFile(path)).toString("base64")),
+  );
+  for (const photo of photos) {
+    await page.evaluate((photo) => {
+      const bytes = Uint8Array.from(atob(photo), (character) => character.charCodeAt(0));
+      const data = new DataTransfer();
+      data.items.add(new File([bytes], "image.jpg", { type: "image/jpeg" }));
+      document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true }));
+    }, photo);
+    await settled(page);
+  }
+  await finished(page);
+  assert.equal(await said(page, "reference", "file"), "image.jpg");
+  await close();
+});
+
+test("a phone offers its camera, a desk does not", async () => {
+  const phone = await site.open({
+    viewport: { width: 390, height: 844 },
+    hasTouch: true,
+    isMobile: true,
+  });
+  for (const slot of ["target", "reference"]) {
+    const input = phone.page.locator(`#${slot}-camera`);
+    assert.equal(await input.getAttribute("capture"), "environment");
+    assert.ok(await phone.page.locator(`label[for="${slot}-camera"]`).isVisible());
+  }
+  await phone.page.setInputFiles("#target-camera", smallFile("target.jpg"));
+  await phone.page.setInputFiles("#reference-camera", smallFile("reference.jpg"));
+  await finished(phone.page);
+  await phone.close();
+  const desk = await site.open();
+  assert.ok(!(await desk.page.locator('label[for="target-camera"]').isVisible()));
+  await desk.close();
+});
+
+test("places the files of a whole case by their names, dropped as files or as a folder", async () => {
+  const { page, complaints, close } = await site.open({ files: smallCase });
+  const first = await savedPicture(page);
+  for (const paths of [smallCase, [dirname(smallFile("case.json"))]]) {
+    await page.locator("#clear-inputs").click();
+    await drop(page, ".masthead", paths);
+    await says(page, "matches", "file", "matches.csv");
+    await finished(page);
+    assertSame(await savedPicture(page), first);
+  }
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("says what is wrong with a photo and keeps what was there", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const first = await savedPicture(page);
+  const heic = Buffer.from("00000018667479706865696300000000", "hex");
+  // Only the header: 20 000 × 15 000 pixels, which no browser should try to hold.
+  const huge = Buffer.from("89504e470d0a1a0a0000000d4948445200004e2000003a980806000000", "hex");
+  for (const [name, content, words] of /** @type {const} */ ([
+    ["notes.txt", "no picture", /notes\.txt is not a picture.*JPEG, PNG or WebP/],
+    ["IMG_1.HEIC", heic, /HEIC photo.*this browser cannot read.*JPEG/],
+    ["huge.png", huge, /huge\.png has 20000 × 15000 pixels, more than the 120 million/],
+    ["nothing.jpg", "", /nothing\.jpg is empty/],
+    ["broken.jpg", (await readFile(smallFile("target.jpg"))).subarray(0, 300), /damaged/],
+  ])) {
+    await page.setInputFiles("#target-file", written(name, content));
+    await says(page, "target", "note", words);
+    assert.equal(await said(page, "target", "file"), "target.jpg");
+  }
+  await drop(page, ".masthead", [written("song.mp3", "la")]);
+  await page.locator("#message", { hasText: "song.mp3" }).waitFor();
+  assert.match((await message(page)) ?? "", /None of these files fits/);
+  assertSame(await savedPicture(page), first);
+  await close();
+});
+
+test("says what is wrong with matches and depth maps", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  await openPanel(page, "depth");
+  await openPanel(page, "options");
+  const text = written("notes.txt", "no picture");
+  await page.setInputFiles("#targetDepth-file", text);
+  await says(page, "targetDepth", "note", /notes\.txt cannot be read as a depth map/);
+  await page.setInputFiles("#targetDepth-file", written("cut.pfm", "Pf\n40 30\n-1.0\nabc"));
+  await says(page, "targetDepth", "note", /cut\.pfm ends early: it should hold 40 × 30/);
+  const flat =
+    "\x93NUMPY\x01\x00\x46\x00{'descr': '<f4', 'fortran_order': False, 'shape': (1200,), }";
+  const cut = Buffer.from(flat.padEnd(79) + "\n", "latin1");
+  await page.setInputFiles("#targetDepth-file", written("flat.npy", cut));
+  await says(page, "targetDepth", "note", /flat\.npy holds no array of two dimensions/);
+
+  await page.setInputFiles("#matches-file", smallFile("target.jpg"));
+  await says(page, "matches", "note", /is a picture/);
+  for (const [content, words] of /** @type {const} */ ([
+    ["", /is empty/],
+    ["1,2,3,4\n", /does not begin with the header/],
+    ["xt,yt,xr,yr\n1,2,3,4\n1,2,x,4\n", /Line 3 of m\.csv/],
+    ["xt,yt,xr,yr\n", /no matches/],
+  ])) {
+    await page.setInputFiles("#matches-file", written("m.csv", content));
+    await says(page, "matches", "note", words);
+  }
+  await close();
+});
+
+test("puts the core's errors in words and keeps the earlier result", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const first = await savedPicture(page);
+  await openPanel(page, "options");
+  await page.setInputFiles("#matches-file", written("few.csv", "xt,yt,xr,yr\n1,1,1,1\n9,9,9,9\n"));
+  await settled(page);
+  await page.locator("#run").click();
+  await page.locator("#message", { hasText: /of 2 can be used/ }).waitFor();
+  assert.match((await page.locator("#status").textContent()) ?? "", /earlier/);
+
+  // Matches that have nothing to do with the photos.
+  const noise = ["xt,yt,xr,yr"];
+  for (let i = 0, seed = 1; i < 60; i++) {
+    const cells = Array.from({ length: 4 }, () => (seed = (seed * 16807) % 2147483647) % 150);
+    noise.push(cells.join(","));
+  }
+  await page.setInputFiles("#matches-file", written("noise.csv", noise.join("\n")));
+  await settled(page);
+  await page.locator("#run").click();
+  await page.locator("#message", { hasText: /agree on one geometry/ }).waitFor();
+
+  await page.setInputFiles("#matches-file", smallFile("matches.csv"));
+  await page.locator("#options summary", { hasText: "Geometry" }).click();
+  await page.fill("#option-threshold", "-1");
+  await page.locator("#option-threshold").blur();
+  await page.locator("#run").click();
+  await page.locator("#message", { hasText: /threshold.*under Options/i }).waitFor();
+  await page.getByRole("button", { name: "Reset to defaults" }).click();
+  await stitchAgain(page);
+  assert.equal(await message(page), "");
+  assertSame(await savedPicture(page), first);
+  await close();
+});
+
+test("reads depth from PNG, .npy and .pfm to the same result", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const first = await savedPicture(page);
+  await openPanel(page, "depth");
+  const { data, width, height } = await decodeDepth(await readFile(smallFile("target_depth.png")));
+  const floats = Float32Array.from(data);
+  const header = `{'descr': '<f4', 'fortran_order': False, 'shape': (${height}, ${width}), }`;
+  const npy = Buffer.concat([
+    Buffer.from(`\x93NUMPY\x01\x00\x76\x00${header.padEnd(117)}\n`, "latin1"),
+    Buffer.from(floats.buffer),
+  ]);
+  const rows = Array.from({ length: height }, (_, y) =>
+    floats.slice((height - 1 - y) * width, (height - y) * width),
+  );
+  const pfm = Buffer.concat([
+    Buffer.from(`Pf\n${width} ${height}\n-1.0\n`, "latin1"),
+    ...rows.map((row) => Buffer.from(row.buffer)),
+  ]);
+  for (const file of [written("depth.npy", npy), written("depth.pfm", pfm)]) {
+    await page.setInputFiles("#targetDepth-file", file);
+    await settled(page);
+    assert.match(await said(page, "targetDepth", "size"), /float/);
+    await stitchAgain(page);
+    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /known/);
+    assertSame(await savedPicture(page), first);
+  }
+  await close();
+});
+
+test("doubts a depth map of another shape, and one that is mostly unknown", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  await openPanel(page, "depth");
+  const gray = (/** @type {number} */ width, /** @type {number} */ height) => ({
+    // Two thirds of it have no value.
+    data: Uint8Array.from({ length: width * height }, (_, i) =>
+      i < (2 * width * height) / 3 ? 0 : 1 + (i % 200),
+    ),
+    width,
+    height,
+  });
+  await page.setInputFiles(
+    "#targetDepth-file",
+    written("turned.png", await encodeGrayPng(gray(60, 90))),
+  );
+  await says(page, "targetDepth", "note", /60.×.90.*shapes differ/);
+  await page.setInputFiles(
+    "#targetDepth-file",
+    written("holes.png", await encodeGrayPng(gray(96, 64))),
+  );
+  await page.check('input[name="depth-kind"][value="metric"]');
+  await says(page, "targetDepth", "note", /6\d.% of this map is unknown/);
+  await page.check('input[name="depth-kind"][value="inverse"]');
+  await page.fill("#depth-invalid", "");
+  await page.locator("#depth-invalid").blur();
+  await page.locator('[data-slot="targetDepth"] [data-part="note"]', { hasText: /^$/ }).waitFor({
+    state: "attached",
+  });
+  await close();
+});
+
+test("turns a photo as its EXIF data says, and uses its focal length", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const upright = await readFile(smallFile("target.jpg"));
+  // Orientation 6, a quarter turn, and a link to the EXIF directory with a focal length as on film of 26 mm.
+  const tiff =
+    "4d4d002a00000008" +
+    "0002" +
+    "0112000300000001" +
+    "00060000" +
+    "8769000400000001" +
+    "00000026" +
+    "00000000" +
+    "0001" +
+    "a405000300000001" +
+    "001a0000" +
+    "00000000";
+  const body = Buffer.from(`457869660000${tiff}`, "hex");
+  const length = Buffer.alloc(2);
+  length.writeUInt16BE(body.length + 2);
+  const turned = Buffer.concat([
+    upright.subarray(0, 2),
+    Buffer.from("ffe1", "hex"),
+    length,
+    body,
+    upright.subarray(2),
+  ]);
+  await page.setInputFiles("#target-file", written("turned.jpg", turned));
+  await settled(page);
+  assert.match(await said(page, "target", "size"), /^160.×.240, 26.mm$/);
+  await idle(page);
+  await close();
+});

@@ -1,0 +1,164 @@
+// Networks in the page: depth and filling, asked for by the user, from a host that the user names.
+import assert from "node:assert/strict";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { folder, lamaLike, writeDepthModel } from "../models/networks.mjs";
+import { weights } from "../models/weights.mjs";
+import {
+  assertSame,
+  idle,
+  openPanel,
+  saved,
+  savedPicture,
+  smallCase,
+  smallPhotos,
+  startSite,
+  stitchAgain,
+} from "./page.mjs";
+
+/** @typedef {import("./page.mjs").Page} Page */
+
+const host = "https://models.test/";
+
+/** @type {Awaited<ReturnType<typeof startSite>>} */
+let site;
+before(async () => {
+  writeDepthModel("onnx-community/depth-anything-v2-small");
+  writeFileSync(join(folder, "lama-like.onnx"), lamaLike(512));
+  site = await startSite();
+});
+after(() => site.close());
+
+/**
+ * Serves target/models as the host of the networks; returns what was asked for.
+ *
+ * @param {Page} page
+ * @param {{ slow?: boolean }} [how] whether weights never arrive
+ */
+async function serveModels(page, { slow = false } = {}) {
+  /** @type {string[]} */
+  const asked = [];
+  await page.route(`${host}**`, async (route) => {
+    const path = new URL(route.request().url()).pathname.replace("/resolve/main/", "/");
+    asked.push(path);
+    const file = join(folder, path);
+    const headers = { "Access-Control-Allow-Origin": "*" };
+    if (slow && path.endsWith(".onnx")) return;
+    if (!existsSync(file)) return route.fulfill({ status: 404, headers });
+    return route.fulfill({ body: readFileSync(file), headers });
+  });
+  return asked;
+}
+
+/** Asks for depth by the network. @param {Page} page */
+async function askForDepth(page) {
+  await openPanel(page, "depth");
+  await page.check('input[name="depth-source"][value="model"]');
+  await page.fill("#depth-host", host);
+  await page.locator("#depth-host").blur();
+  await page.locator("#depth-estimate").click();
+}
+
+/** What must stay empty, but for the host that was asked for. @param {() => Promise<string[]>} complaints */
+const others = async (complaints) =>
+  (await complaints()).filter((complaint) => !complaint.startsWith(`request to ${host}`));
+
+test("two-view first, then again with depth by a network, which is fetched once", async () => {
+  const { page, complaints, close } = await site.open({ files: smallPhotos });
+  const asked = await serveModels(page);
+  const first = await savedPicture(page);
+  assert.match(
+    (await page.locator('[data-figure="model"]').textContent()) ?? "",
+    /two views|Homography/,
+  );
+  assert.equal(asked.length, 0, "nothing is fetched before it is asked for");
+
+  await askForDepth(page);
+  await idle(page);
+  assert.match((await page.locator("#status").textContent()) ?? "", /^Done/);
+  assert.equal(await page.locator("#message").textContent(), "");
+  assert.ok(asked.some((path) => path.endsWith(".onnx")));
+  const report = JSON.parse((await saved(page, "#download-report")).bytes.toString());
+  assert.equal(report.depthSource, "model");
+  await page.locator("#tab-depth").click();
+  await page.locator("#view-caption", { hasText: "as Depth Anything sees it" }).waitFor();
+  assert.match((await page.locator("#depth-summary").textContent()) ?? "", /Depth Anything/);
+
+  const count = asked.length;
+  await page.locator("#depth-estimate").click();
+  await idle(page);
+  assert.equal(asked.length, count, "neither network nor depth is fetched or made again");
+  assert.match((await page.locator("#status").textContent()) ?? "", /known/);
+  await page.check('input[name="depth-source"][value="photos"]');
+  await stitchAgain(page);
+  assertSame(await savedPicture(page), first);
+  assert.deepEqual(await others(complaints), []);
+  await close();
+});
+
+test("a download is told, can be cancelled, and can fail without harm", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const first = await savedPicture(page);
+  await serveModels(page, { slow: true });
+  await askForDepth(page);
+  await page.locator("#status", { hasText: /^Downloading the depth network/ }).waitFor();
+  await page.keyboard.press("Escape");
+  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
+
+  await page.unroute(`${host}**`);
+  await page.route(`${host}**`, (route) => route.abort());
+  await page.locator("#depth-estimate").click();
+  await page.locator("#message", { hasText: /network could not be used/ }).waitFor();
+  assertSame(await savedPicture(page), first);
+
+  await page.unroute(`${host}**`);
+  await serveModels(page);
+  await page.locator("#depth-estimate").click();
+  await idle(page);
+  assert.match((await page.locator("#status").textContent()) ?? "", /^Done/);
+  await close();
+});
+
+/** Fills with a network and compares with what the core filled. @param {"migan" | "lama"} model @param {string} file */
+async function fillWith(model, file) {
+  const { page, complaints, close } = await site.open({ files: smallCase });
+  const built = await savedPicture(page);
+  const asked = await serveModels(page);
+  await openPanel(page, "fill");
+  await page.check(`input[name="filler"][value="${model}"]`);
+  await page.fill("#fill-host", host + file);
+  await page.locator("#fill-host").blur();
+  await page.locator("#run").click();
+  await idle(page);
+  assert.match((await page.locator("#status").textContent()) ?? "", /^Done/);
+  const filled = await savedPicture(page);
+  let [voids, changed] = [0, 0];
+  for (let i = 0; i < built.data.length; i += 4) {
+    const same = [0, 1, 2].every((c) => built.data[i + c] === filled.data[i + c]);
+    if (!same) changed++;
+    voids++;
+  }
+  assert.ok(
+    changed > 0 && changed < 0.2 * voids,
+    `${changed} of ${voids} pixels are the network's`,
+  );
+
+  const count = asked.length;
+  await page.check('input[name="filler"][value="core"]');
+  await stitchAgain(page);
+  assertSame(await savedPicture(page), built);
+  await page.check(`input[name="filler"][value="${model}"]`);
+  await stitchAgain(page);
+  assertSame(await savedPicture(page), filled);
+  assert.equal(asked.length, count, "nothing is computed twice");
+  assert.deepEqual(await others(complaints), []);
+  await close();
+}
+
+test("fills voids by a network of LaMa's interface", () => fillWith("lama", "lama-like.onnx"));
+
+const migan = weights("migan");
+test("fills voids by MI-GAN with its real weights", { skip: migan.missing }, () =>
+  fillWith("migan", "migan.onnx"),
+);

@@ -1,0 +1,171 @@
+// The way through: two photos in, one picture out, the same that Node makes of the same pixels.
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { stitch } from "depthstitch";
+import { decodeDepth } from "depthstitch/codecs";
+import {
+  asOnCanvas,
+  assertSame,
+  decodedByBrowser,
+  exampleFile,
+  finished,
+  openPanel,
+  saved,
+  savedPicture,
+  smallCase,
+  smallFile,
+  smallPhotos,
+  startSite,
+  stitchAgain,
+} from "./page.mjs";
+
+/** @typedef {import("./page.mjs").Page} Page */
+
+/** @type {Awaited<ReturnType<typeof startSite>>} */
+let site;
+before(async () => {
+  site = await startSite();
+});
+after(() => site.close());
+
+/** The two photos of the small case as the browser sees them. @param {Page} page */
+const decodedPhotos = async (page) =>
+  /** @type {const} */ ([
+    await decodedByBrowser(page, smallFile("target.jpg")),
+    await decodedByBrowser(page, smallFile("reference.jpg")),
+  ]);
+
+/** Depth maps and matches of a case, for Node. @param {(name: string) => string} fileOf */
+async function inputsOf(fileOf) {
+  const { depth } = JSON.parse(await readFile(fileOf("case.json"), "utf8"));
+  const map = async (/** @type {string} */ name) => ({
+    ...(await decodeDepth(await readFile(fileOf(name)))),
+    kind: depth.kind,
+    invalid: depth.invalid,
+  });
+  const lines = (await readFile(fileOf("matches.csv"), "utf8")).trim().split("\n").slice(1);
+  return {
+    matches: new Float32Array(lines.flatMap((line) => line.split(",").map(Number))),
+    targetDepth: await map("target_depth.png"),
+    referenceDepth: await map("reference_depth.png"),
+  };
+}
+
+test("two photos are enough: it runs by itself, to the bytes that Node makes", async () => {
+  const { page, complaints, close } = await site.open({ files: smallPhotos });
+  const expected = await stitch(...(await decodedPhotos(page)));
+  for (const which of /** @type {const} */ (["mosaic", "warped"])) {
+    assertSame(asOnCanvas(await savedPicture(page, which)), asOnCanvas(expected[which]), which);
+  }
+  const { report, quality } = expected;
+  assert.equal(
+    await page.locator('[data-figure="inliers"]').textContent(),
+    `${report.inliers} / ${report.usable}`,
+  );
+  assert.equal(
+    await page.locator('[data-figure="psnr"]').textContent(),
+    `${quality.psnrMask.toFixed(2)}\u00a0dB`,
+  );
+  for (const figure of ["psnr", "ssim"]) {
+    assert.match(
+      (await page.locator(`[data-under="${figure}"]`).textContent()) ?? "",
+      new RegExp(`^coverage ${(100 * quality.coverage).toFixed(0)}`),
+      "never without coverage",
+    );
+  }
+  assert.deepEqual(
+    await page.locator("#warnings li").allTextContents(),
+    report.warnings.map(({ message }) => message),
+  );
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("the example is stitched with its depth maps, to the bytes that Node makes", async () => {
+  const { page, complaints, close } = await site.open();
+  await page.locator("#start-sample").click();
+  await finished(page);
+  const photos = /** @type {const} */ ([
+    await decodedByBrowser(page, exampleFile("target.jpg")),
+    await decodedByBrowser(page, exampleFile("reference.jpg")),
+  ]);
+  const expected = await stitch(...photos, await inputsOf(exampleFile));
+  assertSame(asOnCanvas(await savedPicture(page)), asOnCanvas(expected.mosaic));
+  assert.match((await page.locator("#depth-summary").textContent()) ?? "", /files/);
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("swapping exchanges the photos with all that belongs to them", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  await page.locator("#swap").click();
+  await page.locator("#result-source", { hasText: /^reference\.jpg onto target\.jpg$/ }).waitFor();
+  await finished(page);
+  const [target, reference] = await decodedPhotos(page);
+  const { matches, targetDepth, referenceDepth } = await inputsOf(smallFile);
+  const expected = await stitch(reference, target, {
+    matches: matches.map((_, i) => matches[i % 4 < 2 ? i + 2 : i - 2] ?? 0),
+    targetDepth: referenceDepth,
+    referenceDepth: targetDepth,
+  });
+  assertSame(asOnCanvas(await savedPicture(page)), asOnCanvas(expected.mosaic));
+  await close();
+});
+
+test("what was computed once is not computed again", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const first = await savedPicture(page);
+  await openPanel(page, "options");
+  await page.locator("#options summary", { hasText: "Joining" }).click();
+  await page.selectOption("#option-blending", "average");
+  assert.match((await page.locator("#result-source").textContent()) ?? "", /settings have changed/);
+  await stitchAgain(page);
+  assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /known/);
+  const average = await savedPicture(page);
+  assert.notDeepEqual(Buffer.from(average.data.buffer), Buffer.from(first.data.buffer));
+  await page.selectOption("#option-blending", "multiband");
+  await stitchAgain(page);
+  assert.match((await page.locator("#status").textContent()) ?? "", /known from before/);
+  assertSame(await savedPicture(page), first);
+  await close();
+});
+
+test("the published method is one choice away, and so is the way back", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const first = await savedPicture(page);
+  await openPanel(page, "options");
+  await page.selectOption("#option-mode", "paper");
+  await stitchAgain(page);
+  const expected = await stitch(...(await decodedPhotos(page)), {
+    ...(await inputsOf(smallFile)),
+    mode: "paper",
+  });
+  assertSame(asOnCanvas(await savedPicture(page)), asOnCanvas(expected.mosaic));
+  await page.getByRole("button", { name: "Reset to defaults" }).click();
+  await stitchAgain(page);
+  assertSame(await savedPicture(page), first);
+  await close();
+});
+
+test("photos above the limit are scaled down, and their matches with them", async () => {
+  const { page, close } = await site.open({ files: smallCase, hash: "#page.photoLimit=120" });
+  const card = page.locator('[data-slot="target"] [data-part="size"]');
+  assert.match((await card.textContent()) ?? "", /240.×.160, used at 120.×.80/);
+  const report = JSON.parse((await saved(page, "#download-report")).bytes.toString());
+  assert.deepEqual(report.sizes.target, {
+    width: 120,
+    height: 80,
+    original: { width: 240, height: 160 },
+  });
+  assert.ok(report.report.inliers > 0.7 * report.report.usable, "the matches fit the small photos");
+
+  await openPanel(page, "options");
+  await page.selectOption("#photo-limit", "1024");
+  await page
+    .locator('[data-slot="target"] [data-part="size"]', { hasText: /^240.×.160$/ })
+    .waitFor();
+  await page.locator("#view-caption", { hasText: "pixels" }).waitFor();
+  await finished(page);
+  await close();
+});

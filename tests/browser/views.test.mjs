@@ -1,0 +1,208 @@
+// Seeing: every view of a result, panned, zoomed, compared, and reached by keyboard.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { idle, smallCase, smallPhotos, startSite } from "./page.mjs";
+
+/** @typedef {import("./page.mjs").Page} Page */
+
+/** @type {Awaited<ReturnType<typeof startSite>>} */
+let site;
+before(async () => {
+  site = await startSite();
+});
+after(() => site.close());
+
+/**
+ * What the viewer shows: the share of its pixels that are drawn at all, and of those in colour, and a sum that changes
+ * with any of them.
+ *
+ * @param {Page} page
+ * @returns {Promise<{ drawn: number, coloured: number, sum: number }>}
+ */
+function shown(page) {
+  return page.evaluate(async () => {
+    const canvas = document.querySelector("#picture");
+    if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
+    // Two frames: one in which a change is asked for, one in which it is drawn.
+    for (let i = 0; i < 2; i++) await new Promise(requestAnimationFrame);
+    const copy = new OffscreenCanvas(canvas.width, canvas.height);
+    const context = copy.getContext("2d", { willReadFrequently: true });
+    if (!context) throw new Error("no context");
+    context.drawImage(canvas, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    let [drawn, coloured, sum] = [0, 0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      const [red = 0, green = 0, blue = 0, alpha = 0] = data.subarray(i, i + 4);
+      if (alpha === 0) continue;
+      drawn++;
+      if (Math.max(red, green, blue) - Math.min(red, green, blue) > 8) coloured++;
+      sum = (sum * 31 + red * 7 + green * 3 + blue) % 1e9;
+    }
+    const pixels = data.length / 4;
+    return { drawn: drawn / pixels, coloured: coloured / pixels, sum };
+  });
+}
+
+/** Opens a view and waits until it is there. @param {Page} page @param {string} name */
+async function open(page, name) {
+  await page.locator(`#tab-${name}`).click();
+  await page.locator("#view-caption", { hasText: /\w.*\./ }).waitFor();
+}
+
+test("every view shows something of its own, and says in words what", async () => {
+  // A depth map that is right shows what was hidden, so that there are voids to see.
+  const { page, complaints, close } = await site.open({ files: smallCase });
+  const tabs = await page.locator('[role="tab"]:visible').all();
+  const ids = await Promise.all(tabs.map((tab) => tab.getAttribute("id")));
+  for (const id of ["mosaic", "compare", "blink", "matches", "depth", "warp", "seam", "voids"]) {
+    assert.ok(ids.includes(`tab-${id}`), `there is a view ${id}`);
+  }
+  const sums = new Set();
+  const captions = new Set();
+  for (const id of ids) {
+    await open(page, String(id).slice(4));
+    const { drawn, coloured, sum } = await shown(page);
+    assert.ok(drawn > 0.1 && coloured > 0.01, `${id}: ${drawn} drawn, ${coloured} coloured`);
+    sums.add(sum);
+    captions.add(await page.locator("#view-caption").textContent());
+    assert.equal(await page.locator(`#${id}`).getAttribute("aria-selected"), "true");
+  }
+  assert.equal(sums.size, ids.length, "no two views look the same");
+  assert.equal(captions.size, ids.length);
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place from view to view", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const level = () =>
+    page
+      .locator("#zoom-level")
+      .textContent()
+      .then((text) => parseFloat(text ?? ""));
+  await shown(page);
+  const all = await level();
+  await page.locator("#zoom-in").click();
+  const whole = await shown(page);
+  assert.ok((await level()) > 1.4 * all);
+  await page.locator("#frame").focus();
+  await page.keyboard.press("ArrowRight");
+  const panned = await shown(page);
+  assert.notEqual(panned.sum, whole.sum, "an arrow key moves the picture");
+  await page.keyboard.press("+");
+  const closer = await level();
+  assert.ok(closer > 1.4 * 1.5 * all);
+
+  await open(page, "warp");
+  assert.equal(await level(), closer, "the next view looks at the same place");
+  await page.locator("#frame").hover();
+  const before = await shown(page);
+  await page.mouse.wheel(0, 200);
+  assert.equal(await level(), closer, "a plain wheel scrolls the page");
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await page.locator("#frame").hover();
+  await page.mouse.down();
+  await page.mouse.move(640, 300, { steps: 3 });
+  await page.mouse.up();
+  assert.notEqual((await shown(page)).sum, before.sum, "dragging moves the picture");
+  await page.keyboard.down("Control");
+  await page.mouse.wheel(0, -200);
+  await page.keyboard.up("Control");
+  await shown(page);
+  assert.ok((await level()) > closer, "with Ctrl it zooms");
+  await page.locator("#frame").focus();
+  await page.keyboard.press("0");
+  await shown(page);
+  assert.equal(await level(), all);
+  await close();
+});
+
+test("tabs are walked by arrow keys", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await page.locator("#tab-mosaic").focus();
+  await page.keyboard.press("End");
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "tab-voids");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "tab-mosaic");
+  await page.keyboard.press("ArrowLeft");
+  assert.equal(await page.locator("#tab-voids").getAttribute("aria-selected"), "true");
+  assert.equal(
+    await page.locator('[role="tab"][tabindex="0"]').count(),
+    1,
+    "one stop in the tab order",
+  );
+  await close();
+});
+
+test("holds the result against a homography, with a line that moves", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await open(page, "compare");
+  const slider = page.getByRole("slider");
+  await slider.fill("0");
+  const after = await shown(page);
+  await slider.fill("1000");
+  const before = await shown(page);
+  assert.notEqual(before.sum, after.sum);
+  await slider.fill("500");
+  const middle = await shown(page);
+  const box = await page.locator("#frame").boundingBox();
+  assert.ok(box);
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 4, box.y + box.height / 2, { steps: 3 });
+  await page.mouse.up();
+  assert.ok(Math.abs(Number(await slider.inputValue()) - 250) < 20, "dragging the line moves it");
+  assert.notEqual((await shown(page)).sum, middle.sum);
+  await close();
+});
+
+test("blinks between the photos, and stands still for who prefers that", async () => {
+  const moving = await site.open({ files: smallPhotos });
+  await open(moving.page, "blink");
+  const first = await shown(moving.page);
+  await moving.page.waitForTimeout(800);
+  assert.notEqual((await shown(moving.page)).sum, first.sum);
+  await moving.close();
+
+  const still = await site.open({ files: smallPhotos, reducedMotion: "reduce" });
+  await open(still.page, "blink");
+  const photo = await shown(still.page);
+  await still.page.waitForTimeout(800);
+  assert.equal((await shown(still.page)).sum, photo.sum);
+  await still.page.getByRole("button", { name: "Other photo" }).click();
+  assert.notEqual((await shown(still.page)).sum, photo.sum);
+  await still.close();
+});
+
+test("matches can be shown by kind, with lines and over the depth", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  await open(page, "matches");
+  const seen = new Set([(await shown(page)).sum]);
+  for (const label of ["Lines", "Left out", "Agreeing", "Depth"]) {
+    await page.locator("#view-controls").getByLabel(label).click();
+    await page.waitForTimeout(300);
+    const { sum } = await shown(page);
+    assert.ok(!seen.has(sum), `${label} changes the picture`);
+    seen.add(sum);
+  }
+  await close();
+});
+
+test("compares the methods with PSNR, SSIM and coverage, and any of them with the result", async () => {
+  const { page, complaints, close } = await site.open({ files: smallCase });
+  await page.locator("#methods-panel > summary").click();
+  await page.locator("#methods-run").click();
+  await idle(page);
+  const words = await page.locator(".method .agreement").allTextContents();
+  assert.equal(words.length, 8);
+  for (const agreement of words) {
+    assert.match(agreement, /^\d+\.\d\d.dB · SSIM 0\.\d{3} · covers \d+.%$/);
+  }
+  assert.ok(new Set(words).size >= 6, "they differ");
+  await page.locator(".method", { hasText: "Forward warp" }).getByRole("button").click();
+  assert.equal(await page.locator("#tab-compare").getAttribute("aria-selected"), "true");
+  await page.locator("#view-controls select").waitFor();
+  assert.equal(await page.locator("#view-controls select").inputValue(), "forward");
+  assert.deepEqual(await complaints(), []);
+  await close();
+});

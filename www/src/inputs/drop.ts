@@ -1,0 +1,82 @@
+import { byId } from "../dom.js";
+import type { InputLoader } from "./load-inputs.js";
+import { slotNames, type SlotName } from "../state.js";
+
+/** Files dropped on a card go there; several at once, a folder, or a drop elsewhere are placed by name. */
+export function bindDrop(loader: InputLoader): void {
+  const veil = byId("drop-veil", HTMLElement);
+  let over: Element | null = null;
+  const mark = (card: Element | null, shown: boolean) => {
+    if (card !== over) over?.classList.remove("over");
+    over = card;
+    over?.classList.add("over");
+    veil.hidden = !shown || card !== null;
+  };
+
+  window.addEventListener("dragover", (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    event.dataTransfer.dropEffect = "copy";
+    mark(cardOf(event), true);
+  });
+  window.addEventListener("dragleave", (event) => {
+    // Left the window, not just one element for another.
+    if (event.relatedTarget === null) mark(null, false);
+  });
+  window.addEventListener("drop", (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    const slot = slotOf(cardOf(event));
+    mark(null, false);
+    void filesOf(event.dataTransfer).then((files) => {
+      const [file] = files;
+      if (slot && file && files.length === 1) void loader.loadOne(slot, file);
+      else void loader.loadMany(files);
+    });
+  });
+}
+
+function cardOf(event: DragEvent): Element | null {
+  return event.target instanceof Element ? event.target.closest("[data-slot]") : null;
+}
+
+function slotOf(card: Element | null): SlotName | undefined {
+  return slotNames.find((slot) => slot === card?.getAttribute("data-slot"));
+}
+
+/** The files of a drop, those of a dropped folder among them (its own subfolders are not searched). */
+async function filesOf(transfer: DataTransfer): Promise<File[]> {
+  // Both lists are emptied as soon as the event is over, so they are read before anything is awaited.
+  const files = [...transfer.files];
+  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry());
+  const folders = entries.filter(isFolder);
+  if (folders.length === 0) return files;
+  const inFolders = await Promise.all(folders.map(filesIn));
+  const loose = files.filter((file) => !folders.some((folder) => folder.name === file.name));
+  return [...loose, ...inFolders.flat()];
+}
+
+async function filesIn(folder: FileSystemDirectoryEntry): Promise<File[]> {
+  const reader = folder.createReader();
+  const files: File[] = [];
+  // The reader hands out a hundred at a time.
+  for (;;) {
+    const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => {
+      reader.readEntries(resolve, reject);
+    });
+    if (batch.length === 0) return files;
+    for (const entry of batch) {
+      if (!isFile(entry)) continue;
+      files.push(await new Promise<File>((resolve, reject) => entry.file(resolve, reject)));
+    }
+  }
+}
+
+// Not every browser has these classes as globals to compare with.
+function isFolder(entry: FileSystemEntry | null): entry is FileSystemDirectoryEntry {
+  return entry?.isDirectory === true;
+}
+
+function isFile(entry: FileSystemEntry): entry is FileSystemFileEntry {
+  return entry.isFile;
+}

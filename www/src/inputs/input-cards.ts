@@ -1,0 +1,195 @@
+import { byId, find } from "../dom.js";
+import { slotNames, type SlotName, type State, type Store } from "../state.js";
+import { studio } from "../studio/client.js";
+import type { Photo } from "../studio/contents.js";
+import { count, percent, size } from "../words/numbers.js";
+import type { InputLoader } from "./load-inputs.js";
+import { drawThumbnail } from "./thumbnails.js";
+
+const depthFiles = "image/png,image/jpeg,.npy,.pfm";
+const texts: {
+  readonly [K in SlotName]: {
+    readonly title: string;
+    /** What the card says while it is empty. */
+    readonly hint: string;
+    /** What its buttons are about, for those who do not see the card. */
+    readonly who: string;
+    readonly accept: string;
+  };
+} = {
+  target: {
+    title: "First photo",
+    hint: "is moved onto the second",
+    who: "the first photo",
+    accept: "image/*",
+  },
+  reference: {
+    title: "Second photo",
+    hint: "stays as it is",
+    who: "the second photo",
+    accept: "image/*",
+  },
+  targetDepth: {
+    title: "First photo",
+    hint: "gray PNG, .npy, .pfm",
+    who: "the first photo's depth map",
+    accept: depthFiles,
+  },
+  referenceDepth: {
+    title: "Second photo",
+    hint: "gray PNG, .npy, .pfm",
+    who: "the second photo's depth map",
+    accept: depthFiles,
+  },
+  matches: {
+    title: "Matches of your own",
+    hint: "CSV file: xt,yt,xr,yr",
+    who: "the matches file",
+    accept: ".csv,.txt,text/csv,text/plain",
+  },
+};
+
+/** Fills the five input cards and binds them to the state. */
+export function bindInputs(store: Store, loader: InputLoader): void {
+  for (const slot of slotNames) bindCard(slot, store, loader);
+  onFiles(byId("many-files", HTMLInputElement), (files) => void loader.loadMany(files));
+}
+
+function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
+  const card = find(document, `[data-slot="${slot}"]`, HTMLElement);
+  const remove = fillCard(card, slot, loader);
+  const thumb = find(card, ".thumb", HTMLElement);
+  const canvas = find(card, "canvas", HTMLCanvasElement);
+  const sizeLine = find(card, '[data-part="size"]', HTMLElement);
+  const fileLine = find(card, '[data-part="file"]', HTMLElement);
+  const choose = find(card, '[data-part="choose"]', HTMLElement);
+  const note = find(card, '[data-part="note"]', HTMLElement);
+
+  store.subscribe((state, before) => {
+    const loaded = state.slots[slot];
+    const changed = loaded !== before.slots[slot] || state === before;
+    if (loaded && (changed || redraws(slot, state, before)))
+      void drawThumbnail(canvas, slot, state);
+    if (changed || state.loading !== before.loading) {
+      thumb.classList.toggle("empty", !loaded);
+      card.setAttribute("aria-busy", String(state.loading.has(slot)));
+      sizeLine.textContent = loaded ? sizeWords(slot, state) : "";
+      fileLine.textContent = state.loading.has(slot)
+        ? "Reading…"
+        : (loaded?.file.name ?? texts[slot].hint);
+      fileLine.title = loaded?.file.name ?? "";
+      choose.textContent = loaded ? "Change" : "Choose";
+      if (remove) remove.hidden = !loaded;
+    }
+    const problem = state.problems[slot];
+    const show = (words: string) => {
+      if (note.textContent !== words) note.textContent = words;
+      note.classList.toggle("bad", problem !== undefined);
+    };
+    if (problem !== undefined) show(problem);
+    else if (changed || redraws(slot, state, before) || state.problems !== before.problems) {
+      void doubt(slot, state).then((words) => {
+        if (store.state.slots[slot] === loaded && !store.state.problems[slot]) show(words);
+      });
+    }
+  });
+}
+
+/** Puts the common parts into a card; returns its button to remove what is there, which photos do not have. */
+function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLElement | null {
+  const { title, who, accept } = texts[slot];
+  card.append(byId("card", HTMLTemplateElement).content.cloneNode(true));
+  const heading = find(card, "h3", HTMLElement);
+  heading.id = `${slot}-title`;
+  heading.textContent = title;
+  find(card, "canvas", HTMLElement).setAttribute("aria-labelledby", heading.id);
+  find(card, '[data-part="note"]', HTMLElement).id = `${slot}-note`;
+  for (const part of card.querySelectorAll('[data-part="who"]')) part.textContent = ` ${who}`;
+
+  const inputs = [...card.querySelectorAll("input")];
+  for (const input of inputs) {
+    // A desk's browser has no property for this attribute.
+    const camera = input.hasAttribute("capture");
+    input.id = camera ? `${slot}-camera` : `${slot}-file`;
+    if (!camera) input.accept = accept;
+    input.setAttribute("aria-describedby", `${slot}-note`);
+    const label = input.nextElementSibling;
+    if (label instanceof HTMLLabelElement) label.htmlFor = input.id;
+    onFiles(input, ([file]) => {
+      if (file) void loader.loadOne(slot, file);
+    });
+  }
+  // The picture is the largest thing to press; for the keyboard there is the button.
+  find(card, ".thumb", HTMLElement).addEventListener("click", () => inputs[0]?.click());
+  const remove = find(card, '[data-part="remove"]', HTMLElement);
+  if (slot === "target" || slot === "reference") {
+    remove.remove();
+    return null;
+  }
+  find(card, ".camera", HTMLElement).remove();
+  remove.addEventListener("click", () => {
+    loader.clear([slot]);
+    inputs[0]?.focus();
+  });
+  return remove;
+}
+
+/** Whether something else than the slot's own file changed its picture. */
+function redraws(slot: SlotName, state: State, before: State): boolean {
+  if (slot === "matches") return state.slots.target !== before.slots.target;
+  return slot.endsWith("Depth") && state.settings.depth !== before.settings.depth;
+}
+
+function sizeWords(slot: SlotName, { slots }: State): string {
+  switch (slot) {
+    case "matches":
+      return slots.matches ? count(slots.matches.content.length / 4, "match", "matches") : "";
+    case "target":
+    case "reference":
+      return slots[slot] ? photoWords(slots[slot].content) : "";
+    default: {
+      const map = slots[slot]?.content;
+      if (!map) return "";
+      const deep = map.data instanceof Uint16Array ? ", 16 bit" : "";
+      return size(map) + (map.data instanceof Float32Array ? ", float" : deep);
+    }
+  }
+}
+
+function photoWords({ width, height, original, focalLength35 }: Photo): string {
+  const words =
+    width === original.width
+      ? size(original)
+      : `${size(original)}, used at ${size({ width, height })}`;
+  return focalLength35 === null ? words : `${words}, ${Math.round(focalLength35)}\u00a0mm`;
+}
+
+/** What looks wrong about a depth map that can still be used. */
+async function doubt(slot: SlotName, { slots, settings }: State): Promise<string> {
+  if (slot !== "targetDepth" && slot !== "referenceDepth") return "";
+  const map = slots[slot]?.content;
+  const photo = slots[slot === "targetDepth" ? "target" : "reference"]?.content;
+  if (!map) return "";
+  if (photo) {
+    const ratio = (map.width / map.height) * (photo.height / photo.width);
+    if (Math.abs(ratio - 1) > 0.02) {
+      return (
+        `This map is ${size(map)}, its photo ${size(photo)}: the shapes differ. ` +
+        "Is it the map of this photo, turned and cropped the same way? It would be stretched to fit."
+      );
+    }
+  }
+  const holes = await studio("holeShare", map, settings.depth);
+  return holes > 0.5
+    ? `${percent(holes)} of this map is unknown. Check what its values mean, below.`
+    : "";
+}
+
+/** Calls back with the chosen files, also when the same file is chosen again. */
+function onFiles(input: HTMLInputElement, take: (files: readonly File[]) => void): void {
+  input.addEventListener("change", () => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0) take(files);
+  });
+}

@@ -1,0 +1,61 @@
+import type { DepthEstimator } from "depthstitch/depth";
+import type { Inpainter } from "depthstitch/inpaint";
+import type { NetworkProgress, NetworkReply, NetworkRequest, Requests } from "./requests.js";
+
+/** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library has only the window's. */
+interface WorkerScope {
+  onmessage: ((event: MessageEvent<NetworkRequest>) => void) | null;
+  postMessage(reply: NetworkReply, transfer: ArrayBuffer[]): void;
+}
+
+const scope = globalThis as unknown as WorkerScope;
+scope.onmessage = ({ data }) => void work(data);
+
+const onProgress = (progress: NetworkProgress) => scope.postMessage({ progress }, []);
+
+async function work(request: NetworkRequest): Promise<void> {
+  try {
+    const result =
+      request.name === "depth" ? await estimate(request.args) : await fill(request.args);
+    scope.postMessage({ result }, [result.data.buffer]);
+  } catch (error) {
+    scope.postMessage({ message: error instanceof Error ? error.message : String(error) }, []);
+  }
+}
+
+/** The network in use, kept for the second photo; another one takes its place. */
+let loaded: { key: string; network: Promise<DepthEstimator | Inpainter> } | null = null;
+
+async function network<T extends DepthEstimator | Inpainter>(
+  key: string,
+  load: () => Promise<T>,
+): Promise<T> {
+  if (loaded?.key !== key) {
+    const before = loaded?.network;
+    loaded = { key, network: load() };
+    await (await before?.catch(() => null))?.dispose();
+  }
+  try {
+    return (await loaded.network) as T;
+  } catch (error) {
+    loaded = null;
+    throw error;
+  }
+}
+
+async function estimate({ photo, model, host }: Requests["depth"]["args"]) {
+  const { loadDepthModel } = await import("depthstitch/depth");
+  const estimator = await network(`depth ${model} ${host}`, () =>
+    loadDepthModel({ model, ...(host && { host }), onProgress }),
+  );
+  const depth = await estimator.estimate(photo, { onProgress });
+  return { ...depth, device: estimator.device };
+}
+
+async function fill({ mosaic, voidMask, model, address }: Requests["fill"]["args"]) {
+  const { loadInpainter } = await import("depthstitch/inpaint");
+  const inpainter = await network(`fill ${model} ${address}`, () =>
+    loadInpainter({ model, ...(address && { weights: address }), onProgress }),
+  );
+  return inpainter.inpaint(mosaic, voidMask, { onProgress });
+}

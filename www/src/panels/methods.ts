@@ -1,0 +1,80 @@
+import type { StitchResult } from "depthstitch";
+import { byId, context2d, find, make, onClick, setEnabled } from "../dom.js";
+import { isDegenerate, jobFor, methods, type Method } from "../run/methods.js";
+import { resultOf } from "../run/results.js";
+import type { Runner } from "../run/run.js";
+import type { Store } from "../state.js";
+import { pictureBitmap } from "../view/bitmaps.js";
+import { comparison } from "../view/compare-views.js";
+import { decibels, percent, similarity } from "../words/numbers.js";
+
+/** Twice the widest card, for dense screens. */
+const width = 560;
+
+/** Binds the gallery of methods: each with its picture and figures, and the result itself at the end. */
+export function bindMethods(store: Store, runner: Runner, openView: (id: string) => void): void {
+  const button = byId("methods-run", HTMLButtonElement);
+  const list = byId("methods", HTMLElement);
+
+  const compare = (method: Method) => {
+    comparison.method = method.id;
+    openView("compare");
+    byId("results", HTMLElement).scrollIntoView({ block: "start" });
+  };
+  onClick(button, () => {
+    const { outcome } = store.state;
+    if (!outcome) return;
+    const offered = methods.filter((method) => !isDegenerate(method, outcome));
+    const cards = offered.map((method) => makeCard(method.label, method.hint));
+    const own = makeCard("depthstitch", "the result above");
+    list.replaceChildren(...cards, own);
+    void fillCard(own, outcome.result);
+    void runner.other(async (call) => {
+      for (const [index, method] of offered.entries()) {
+        const card = cards[index];
+        if (!card || store.state.outcome !== outcome) return;
+        try {
+          await fillCard(card, await resultOf(jobFor(method, outcome), call));
+          const open = make("button", { type: "button" }, "Before and after");
+          open.append(make("span", { class: "visually-hidden" }, ` with ${method.label}`));
+          open.addEventListener("click", () => compare(method));
+          card.append(open);
+        } catch (error) {
+          if (call.signal?.aborted) throw error;
+          // That a method fails on these photos is a finding, not a fault.
+          find(card, ".agreement", HTMLElement).textContent =
+            error instanceof Error ? error.message : String(error);
+        }
+      }
+    });
+  });
+  store.subscribe(({ outcome, running }, before) => {
+    setEnabled(button, outcome !== null && !running);
+    if (outcome !== before.outcome) list.replaceChildren();
+  });
+}
+
+function makeCard(label: string, hint: string): HTMLLIElement {
+  return make(
+    "li",
+    { class: "method" },
+    make("canvas", { width: "4", height: "3", role: "img", "aria-label": `Picture by: ${label}` }),
+    make("h4", {}, label),
+    make("p", { class: "muted" }, hint),
+    make("p", { class: "agreement" }, "…"),
+  );
+}
+
+async function fillCard(card: HTMLElement, result: StitchResult): Promise<void> {
+  const bitmap = await pictureBitmap(result.warped);
+  const canvas = find(card, "canvas", HTMLCanvasElement);
+  const scale = Math.min(1, width / bitmap.width);
+  canvas.width = Math.round(bitmap.width * scale);
+  canvas.height = Math.round(bitmap.height * scale);
+  const context = context2d(canvas);
+  context.imageSmoothingQuality = "high";
+  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  const { psnrMask, ssimMask, coverage } = result.quality;
+  find(card, ".agreement", HTMLElement).textContent =
+    `${decibels(psnrMask)} · SSIM ${similarity(ssimMask)} · covers ${percent(coverage)}`;
+}

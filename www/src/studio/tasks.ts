@@ -1,0 +1,30 @@
+import { decodeDepth } from "./decode-depth.js";
+import { decodePhoto } from "./decode-photo.js";
+import { holeShare } from "./depth-colours.js";
+import { encode } from "./encode.js";
+import { bitmapOf, depthBitmap, seamBitmap, voidBitmap } from "./paint.js";
+
+/** All that the page has done in its own worker: what would make it stutter if it did it itself. */
+export const tasks = {
+  decodePhoto,
+  decodeDepth,
+  bitmapOf,
+  depthBitmap,
+  voidBitmap,
+  seamBitmap,
+  holeShare,
+  encode,
+};
+
+export type Tasks = typeof tasks;
+export type TaskName = keyof Tasks;
+
+export interface Request {
+  readonly id: number;
+  readonly name: TaskName;
+  readonly args: readonly unknown[];
+}
+
+export type Reply =
+  | { readonly id: number; readonly value: unknown }
+  | { readonly id: number; readonly message: string; readonly unusable: boolean };

@@ -1,0 +1,222 @@
+/** Views that hold one picture against another. */
+import type { StitchResult } from "depthstitch";
+import { make } from "../dom.js";
+import { isDegenerate, methods } from "../run/methods.js";
+import { decibels, percent, similarity } from "../words/numbers.js";
+import { pictureBitmap } from "./bitmaps.js";
+import { canvasExtent, drawCanvas } from "./canvas-views.js";
+import { selection } from "./controls.js";
+import type { View } from "./view.js";
+import type { Extent } from "./viewport.js";
+
+/** What the result is compared with; the gallery of methods sets it too. */
+export const comparison = { method: "homography", share: 0.5 };
+
+export const compareView: View = {
+  id: "compare",
+  label: "Before and after",
+  group: "result",
+  async open(outcome, desk) {
+    const offered = methods.filter((method) => !isDegenerate(method, outcome));
+    const after = await pictureBitmap(outcome.mosaic);
+    const afterExtent = canvasExtent(outcome);
+    let before: { bitmap: ImageBitmap; extent: Extent; label: string } | null = null;
+    const choose = async (id: string) => {
+      const method = offered.find((offer) => offer.id === id) ?? offered[0];
+      if (!method) return;
+      comparison.method = method.id;
+      const result = await desk.resultBy(method, outcome);
+      before = {
+        bitmap: await pictureBitmap(result.mosaic),
+        extent: canvasExtent({ result }),
+        label: `${method.label} · ${agreement(result)}`,
+      };
+      desk.redraw();
+    };
+    await choose(comparison.method);
+
+    const slider = make("input", {
+      type: "range",
+      min: "0",
+      max: "1000",
+      value: String(1000 * comparison.share),
+      "aria-label": "Where before ends and after begins",
+    });
+    slider.addEventListener("input", () => {
+      comparison.share = slider.valueAsNumber / 1000;
+      desk.redraw();
+    });
+    const choices = Object.fromEntries(offered.map(({ id, label }) => [id, label]));
+    return {
+      scene: {
+        extent: before ? union((before as { extent: Extent }).extent, afterExtent) : afterExtent,
+        space: "canvas",
+        split: {
+          get: () => comparison.share,
+          set(share) {
+            comparison.share = share;
+            slider.value = String(1000 * share);
+            desk.redraw();
+          },
+        },
+        draw(context) {
+          const { width, height } = context.canvas;
+          const at = comparison.share * width;
+          if (before) {
+            clipped(context, [0, 0, at, height], () => {
+              if (before) drawCanvas(context, before.bitmap, before.extent);
+            });
+          }
+          clipped(context, [at, 0, width - at, height], () =>
+            drawCanvas(context, after, afterExtent),
+          );
+          drawDivider(context, at);
+          drawLabel(context, before?.label ?? "", at, "right");
+          drawLabel(context, `depthstitch · ${agreement(outcome.result)}`, at, "left");
+        },
+      },
+      caption:
+        "Left of the line the other method, right of it depthstitch. Drag the line, or use the slider.",
+      controls: [slider, selection("Before:", choices, comparison.method, (id) => void choose(id))],
+    };
+  },
+};
+
+function agreement({ quality }: StitchResult): string {
+  return `${decibels(quality.psnrMask)}, SSIM ${similarity(quality.ssimMask)} over ${percent(quality.coverage)}`;
+}
+
+function union(a: Extent, b: Extent): Extent {
+  const x = Math.min(a.x, b.x);
+  const y = Math.min(a.y, b.y);
+  return {
+    x,
+    y,
+    width: Math.max(a.x + a.width, b.x + b.width) - x,
+    height: Math.max(a.y + a.height, b.y + b.height) - y,
+  };
+}
+
+/** Draws inside a rectangle of the screen only. */
+function clipped(
+  context: CanvasRenderingContext2D,
+  [x, y, width, height]: readonly [number, number, number, number],
+  draw: () => void,
+): void {
+  const transform = context.getTransform();
+  context.save();
+  context.resetTransform();
+  context.beginPath();
+  context.rect(x, y, width, height);
+  context.clip();
+  context.setTransform(transform);
+  draw();
+  context.restore();
+}
+
+function drawDivider(context: CanvasRenderingContext2D, at: number): void {
+  const { height } = context.canvas;
+  const dense = window.devicePixelRatio;
+  context.save();
+  context.resetTransform();
+  context.fillStyle = "rgb(0 0 0 / 0.5)";
+  context.fillRect(at - 2 * dense, 0, 4 * dense, height);
+  context.fillStyle = "#fff";
+  context.fillRect(at - dense, 0, 2 * dense, height);
+  context.beginPath();
+  context.arc(at, height / 2, 14 * dense, 0, 2 * Math.PI);
+  context.shadowColor = "rgb(0 0 0 / 0.5)";
+  context.shadowBlur = 6 * dense;
+  context.fill();
+  context.shadowBlur = 0;
+  context.fillStyle = "#17625f";
+  for (const side of [-1, 1]) {
+    context.beginPath();
+    context.moveTo(at + side * 9 * dense, height / 2);
+    context.lineTo(at + side * 4 * dense, height / 2 - 4.5 * dense);
+    context.lineTo(at + side * 4 * dense, height / 2 + 4.5 * dense);
+    context.fill();
+  }
+  context.restore();
+}
+
+/** Words beside the divider, at the top, on a plate; left out where there is no room. */
+function drawLabel(
+  context: CanvasRenderingContext2D,
+  words: string,
+  at: number,
+  side: "left" | "right",
+): void {
+  const dense = window.devicePixelRatio;
+  context.save();
+  context.resetTransform();
+  context.font = `500 ${12 * dense}px system-ui, sans-serif`;
+  const room = side === "right" ? at : context.canvas.width - at;
+  const fits = (text: string) => context.measureText(text).width + 32 * dense < room;
+  const text = [words, words.split(" · ")[0] ?? ""].find(fits);
+  if (text) {
+    const width = context.measureText(text).width + 16 * dense;
+    const x = side === "right" ? at - width - 8 * dense : at + 8 * dense;
+    context.fillStyle = "rgb(0 0 0 / 0.65)";
+    context.fillRect(x, 10 * dense, width, 24 * dense);
+    context.fillStyle = "#fff";
+    context.textBaseline = "middle";
+    context.fillText(text, x + 8 * dense, 22 * dense);
+  }
+  context.restore();
+}
+
+/** Milliseconds that each photo is shown. */
+const blinkTime = 700;
+
+export const blinkView: View = {
+  id: "blink",
+  label: "Blink",
+  group: "result",
+  async open(outcome, desk) {
+    const { job, result } = outcome;
+    const [warped, reference] = await Promise.all([
+      pictureBitmap(result.warped),
+      pictureBitmap(job.reference),
+    ]);
+    const { width, height } = job.reference;
+    let first = false;
+    let timer = 0;
+    const flip = () => {
+      first = !first;
+      desk.redraw();
+    };
+    const button = make("button", { type: "button" });
+    const run = (on: boolean) => {
+      clearInterval(timer);
+      timer = on ? window.setInterval(flip, blinkTime) : 0;
+      button.textContent = on ? "Stop" : "Blink";
+    };
+    button.addEventListener("click", () => run(timer === 0));
+    const step = make("button", { type: "button" }, "Other photo");
+    step.addEventListener("click", () => {
+      run(false);
+      flip();
+    });
+    run(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+    return {
+      scene: {
+        extent: { x: 0, y: 0, width, height },
+        space: "canvas",
+        draw(context) {
+          context.save();
+          context.beginPath();
+          context.rect(0, 0, width, height);
+          context.clip();
+          context.drawImage(reference, 0, 0, width, height);
+          if (first) drawCanvas(context, warped, canvasExtent(outcome));
+          context.restore();
+        },
+      },
+      caption:
+        "The overlap, shown from the moved first photo and from the second in turn. What stands still fits; what jumps does not.",
+      controls: [button, step],
+      close: () => run(false),
+    };
+  },
+};

@@ -1,0 +1,74 @@
+import type { Model, StitchResult } from "depthstitch";
+import type { Outcome } from "../state.js";
+
+/** Cells along the longer side of the photo, on a wide screen and on a narrow one. */
+const cells = { wide: 40, narrow: 24 };
+
+interface Mesh {
+  readonly columns: number;
+  readonly rows: number;
+  /** x, y of each vertex, row by row; NaN where it has none. */
+  readonly at: Float64Array;
+}
+
+const meshes = new WeakMap<StitchResult, Mesh>();
+
+/** Draws the target's regular grid as the forward model moves it. */
+export function drawGrid(context: CanvasRenderingContext2D, outcome: Outcome, pixel: number): void {
+  const { result } = outcome;
+  const mesh = meshes.get(result) ?? makeMesh(outcome);
+  meshes.set(result, mesh);
+  const path = new Path2D();
+  const edge = (from: number, to: number) => {
+    const [x0 = NaN, y0 = NaN] = mesh.at.subarray(2 * from, 2 * from + 2);
+    const [x1 = NaN, y1 = NaN] = mesh.at.subarray(2 * to, 2 * to + 2);
+    if (Number.isNaN(x0 + x1)) return;
+    path.moveTo(x0, y0);
+    path.lineTo(x1, y1);
+  };
+  for (let row = 0; row < mesh.rows; row++) {
+    for (let column = 0; column < mesh.columns; column++) {
+      const here = row * mesh.columns + column;
+      if (column + 1 < mesh.columns) edge(here, here + 1);
+      if (row + 1 < mesh.rows) edge(here, here + mesh.columns);
+    }
+  }
+  context.lineWidth = 2.5 * pixel;
+  context.strokeStyle = "rgb(0 0 0 / 0.35)";
+  context.stroke(path);
+  context.lineWidth = pixel;
+  context.strokeStyle = "rgb(120 235 215 / 0.95)";
+  context.stroke(path);
+}
+
+function makeMesh({ job, result }: Outcome): Mesh {
+  const { width, height } = job.target;
+  const count = matchMedia("(max-width: 560px)").matches ? cells.narrow : cells.wide;
+  const cell = Math.max(width, height) / count;
+  const columns = Math.round(width / cell) + 1;
+  const rows = Math.round(height / cell) + 1;
+  const at = new Float64Array(2 * columns * rows);
+  for (let row = 0; row < rows; row++) {
+    const y = (row / (rows - 1)) * (height - 1);
+    for (let column = 0; column < columns; column++) {
+      const x = (column / (columns - 1)) * (width - 1);
+      const [u, v] = mapped(result.forward, x, y, depthAt(result, x, y));
+      // Pixel centres are whole numbers there, and halves here.
+      at.set([u + 0.5, v + 0.5], 2 * (row * columns + column));
+    }
+  }
+  return { columns, rows, at };
+}
+
+function depthAt({ targetDepth }: StitchResult, x: number, y: number): number {
+  if (!targetDepth) return 0;
+  return targetDepth.data[Math.round(y) * targetDepth.width + Math.round(x)] ?? Number.NaN;
+}
+
+/** x' ~ h·(x, y, 1) + e·d; nowhere for what lies behind the camera. */
+function mapped({ h, e }: Model, x: number, y: number, d: number): readonly [number, number] {
+  const along = (row: number) =>
+    (h[3 * row] ?? 0) * x + (h[3 * row + 1] ?? 0) * y + (h[3 * row + 2] ?? 0) + (e[row] ?? 0) * d;
+  const w = along(2);
+  return w > 0 ? [along(0) / w, along(1) / w] : [Number.NaN, Number.NaN];
+}
