@@ -1,6 +1,9 @@
 //! Median times of every stage on a case folder, as one line of JSON: the native side of `npm run bench`.
 //!
-//!     cargo run --release --example native-times -- CASE_DIR [RUNS]
+//!     cargo run --release --example native-times -- CASE_DIR paper|depth|photos [RUNS]
+//!
+//! `paper` is the published method with the case's matches and depth maps, `depth` our own way with its depth maps,
+//! `photos` that with the photos alone.
 
 #[path = "../tests/cases/mod.rs"]
 mod cases;
@@ -22,15 +25,19 @@ impl Observer for Clock {
 
 fn main() {
     let mut args = std::env::args().skip(1);
-    let folder = args.next().expect("usage: native-times CASE_DIR [RUNS]");
+    let [folder, way] = [(); 2].map(|()| args.next().expect("usage: native-times CASE_DIR paper|depth|photos [RUNS]"));
     let runs: usize = args.next().map_or(15, |n| n.parse().expect("RUNS is a number"));
-    let case = cases::load(Path::new(&folder));
+    let mut case = cases::load(Path::new(&folder));
+    let options = if way == "paper" { Options::paper() } else { Options::default() };
+    if way == "photos" {
+        (case.target_depth, case.reference_depth) = (None, None);
+    }
+    let matches = (way == "paper").then_some(&case.matches[..]);
     let mut clock = Clock(Instant::now());
     let mut samples: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for run in 0..=runs {
         let start = clock.now();
-        let done = stitch(&case.matches, case.target(), case.reference(), &Options::default(), &mut clock)
-            .expect("the case stitches");
+        let done = stitch(matches, case.target(), case.reference(), &options, &mut clock).expect("the case stitches");
         let whole = clock.now() - start;
         if run > 0 {
             samples.entry("stitch").or_default().push(whole);

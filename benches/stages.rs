@@ -25,9 +25,10 @@ mod native {
     use std::hint::black_box;
 
     use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+    use depthstitch::features::{self, DetectOptions, detect, match_features};
     use depthstitch::geometry::{Frame, Match, estimate};
     use depthstitch::metrics::quality;
-    use depthstitch::mosaic::{blend, fill};
+    use depthstitch::mosaic::{BlendOptions, Guide, blend, fill};
     use depthstitch::pipeline::{Options, stitch};
     use depthstitch::warp::{View, WarpMode, WarpOptions, warp};
 
@@ -58,6 +59,16 @@ mod native {
         let pixels = from.size.0 * from.size.1;
         group.sample_size(20).throughput(Throughput::Elements(pixels as u64));
 
+        let how = DetectOptions::default();
+        let [a, b] = [target, reference].map(|view| detect(view.image, &how, &mut ()).expect("it fits"));
+        group.bench_function("detect", |b| {
+            b.iter(|| detect(black_box(target.image), &how, &mut ()).expect("it fits"));
+        });
+        let how = features::MatchOptions::default();
+        group.bench_function("match", |bench| {
+            bench.iter(|| match_features(black_box(&a), &b, &how, &mut ()).expect("they fit"));
+        });
+
         let geometry = estimate(matches, from, to, &options.estimate, &mut ()).expect("the pair has a geometry");
         group.bench_function("estimate", |b| {
             b.iter(|| estimate(black_box(matches), from, to, &options.estimate, &mut ()).expect("as before"));
@@ -82,20 +93,25 @@ mod native {
         group.bench_function("measure", |b| {
             b.iter(|| quality(black_box(&warped), reference.image).expect("it overlaps"))
         });
-        group.bench_function("blend", |b| b.iter(|| blend(black_box(&warped), reference.image).expect("it fits")));
+        for (name, how) in [("average", BlendOptions::paper()), ("blend", BlendOptions::default())] {
+            group.bench_function(name, |b| {
+                b.iter(|| blend(black_box(&warped), reference.image, None, &how, &mut ()).expect("it fits"));
+            });
+        }
 
-        let mosaic = blend(&warped, reference.image).expect("it fits");
+        let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).expect("it fits");
         let how = options.fill.clone().unwrap_or_default();
+        let guide = Guide::new(&warped, forward, reference).expect("it fits");
         group.bench_function("fill", |b| {
             b.iter_batched_ref(
                 || mosaic.image.clone(),
-                |image| fill(image, &mosaic.voids, &how, &mut ()).expect("it fits"),
+                |image| fill(image, &mosaic.voids, guide.as_ref(), &how, &mut ()).expect("it fits"),
                 BatchSize::LargeInput,
             );
         });
 
         group.bench_function("stitch", |b| {
-            b.iter(|| stitch(black_box(matches), target, reference, &options, &mut ()).expect("it overlaps"));
+            b.iter(|| stitch(black_box(Some(matches)), target, reference, &options, &mut ()).expect("it overlaps"));
         });
     }
 }

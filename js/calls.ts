@@ -1,10 +1,14 @@
 import type {
+  Alignment,
   Depths,
   EstimateInputs,
+  Features,
   Geometry,
   ImageInput,
+  ImageMatches,
   ImageOutput,
   Mask,
+  Matches,
   Models,
   Mosaic,
   Options,
@@ -25,7 +29,25 @@ export interface Calls {
     ];
     result: StitchResult;
   };
+  detect: { args: [image: ImageInput, options: Partial<Options>]; result: Features };
+  match: {
+    args: [target: Features, reference: Features, options: Partial<Options>];
+    result: Matches;
+  };
+  matchImages: {
+    args: [target: ImageInput, reference: ImageInput, options: Partial<Options>];
+    result: ImageMatches;
+  };
   estimate: { args: [inputs: EstimateInputs, options: Partial<Options>]; result: Geometry };
+  align: {
+    args: [
+      target: ImageInput,
+      reference: ImageInput,
+      inputs: StitchInputs,
+      options: Partial<Options>,
+    ];
+    result: Alignment;
+  };
   warp: {
     args: [
       target: ImageInput,
@@ -36,7 +58,15 @@ export interface Calls {
     ];
     result: Warped;
   };
-  blend: { args: [warped: Warped, reference: ImageInput]; result: Mosaic };
+  blend: {
+    args: [
+      warped: Warped,
+      reference: ImageInput,
+      inputs: { readonly trusted?: Mask | null | undefined },
+      options: Partial<Options>,
+    ];
+    result: Mosaic;
+  };
   fill: {
     args: [mosaic: ImageInput, voidMask: Mask, options: Partial<Options>];
     result: ImageOutput;

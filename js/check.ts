@@ -6,6 +6,7 @@ import type {
   DepthInput,
   Depths,
   EstimateInputs,
+  Features,
   ImageInput,
   ImageOutput,
   Mask,
@@ -13,6 +14,7 @@ import type {
   Models,
   Options,
   Size,
+  StitchInputs,
   Warped,
 } from "./types.js";
 
@@ -67,6 +69,12 @@ function number(name: string, value: unknown): number {
   return value;
 }
 
+function boolean(name: string, value: unknown): boolean {
+  if (typeof value !== "boolean")
+    throw invalid(`${name} must be true or false, got ${describe(value)}`);
+  return value;
+}
+
 export function size(name: string, value: unknown): Size {
   const { width, height } = object(name, value);
   return { width: number(`${name}.width`, width), height: number(`${name}.height`, height) };
@@ -117,6 +125,15 @@ export function depths(value: Depths): Depths {
   };
 }
 
+export function features(name: string, value: unknown): Features {
+  const { keypoints, descriptors } = object(name, value);
+  return {
+    keypoints: view(`${name}.keypoints`, keypoints, "Float32Array"),
+    descriptors: view(`${name}.descriptors`, descriptors, "Uint8Array"),
+    ...size(name, value),
+  };
+}
+
 export function matches(value: unknown): Float32Array {
   return view("matches", value, "Float32Array");
 }
@@ -154,7 +171,9 @@ export function warped(value: Warped): Warped {
 
 /** What an options object holds beside the core's own settings. */
 const notSettings = new Set(
-  "matches targetDepth referenceDepth onProgress signal worker transfer".split(" "),
+  "matches targetDepth referenceDepth outputDepth trusted onProgress signal worker transfer".split(
+    " ",
+  ),
 );
 
 /** The core's settings among `options`. */
@@ -163,11 +182,21 @@ export function settings(options: object): Partial<Options> {
     ([name, value]) => value !== undefined && !notSettings.has(name),
   );
   for (const [name, value] of set) {
-    if (typeof value !== "number" && typeof value !== "string") {
-      throw invalid(`${name} must be a number or a string, got ${describe(value)}`);
+    if (!["number", "string", "boolean"].includes(typeof value)) {
+      throw invalid(`${name} must be a number, a string or a boolean, got ${describe(value)}`);
     }
   }
   return Object.fromEntries(set);
+}
+
+/** What `stitch` takes besides the photos. */
+export function stitchInputs(value: StitchInputs): StitchInputs {
+  const { outputDepth = false } = value;
+  return {
+    ...(value.matches !== undefined && { matches: matches(value.matches) }),
+    ...depths(value),
+    outputDepth: boolean("outputDepth", outputDepth),
+  };
 }
 
 /** How to run a call. */
@@ -179,9 +208,7 @@ export function callOptions(options: CallOptions): CallOptions {
   if (signal !== undefined && tag(signal) !== "AbortSignal") {
     throw invalid(`signal must be an AbortSignal, got ${describe(signal)}`);
   }
-  for (const [name, value] of Object.entries({ worker, transfer })) {
-    if (typeof value !== "boolean")
-      throw invalid(`${name} must be true or false, got ${describe(value)}`);
-  }
+  boolean("worker", worker);
+  boolean("transfer", transfer);
   return options;
 }

@@ -35,12 +35,20 @@ function invoke(raw: typeof glue, call: Call, report: Report): Result {
   switch (call.name) {
     case "stitch":
       return raw.stitch(...call.args, report);
+    case "detect":
+      return raw.detect(...call.args, report);
+    case "match":
+      return raw.match(...call.args, report);
+    case "matchImages":
+      return raw.matchImages(...call.args, report);
     case "estimate":
       return raw.estimate(...call.args, report);
+    case "align":
+      return raw.align(...call.args, report);
     case "warp":
       return raw.warp(...call.args, report);
     case "blend":
-      return raw.blend(...call.args);
+      return raw.blend(...call.args, report);
     case "fill":
       return raw.fill(...call.args, report);
     case "measure":

@@ -7,23 +7,30 @@
 import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
 import { core, run } from "./core.js";
-import { abortError, type StitchError } from "./errors.js";
+import { abortError, invalid, type StitchError } from "./errors.js";
 import { runInWorker } from "./host.js";
 import { compiler } from "./load.js";
 import { own } from "./own.js";
 import type {
+  Alignment,
+  BlendOptions,
   CallOptions,
   EstimateInputs,
   EstimateOptions,
+  Features,
   FillOptions,
   Geometry,
   ImageInput,
+  ImageMatches,
   ImageOutput,
   Mask,
+  Matches,
+  MatchOptions,
   Models,
   Mosaic,
   Options,
   Quality,
+  Rect,
   StitchOptions,
   StitchResult,
   Warped,
@@ -56,12 +63,46 @@ export async function stitch(
   options: StitchOptions = {},
 ): Promise<StitchResult> {
   const settings = check.settings(options);
-  const inputs = {
-    ...(options.matches !== undefined && { matches: check.matches(options.matches) }),
-    ...check.depths(options),
-  };
+  const inputs = check.stitchInputs(options);
   const images = [check.image("target", target), check.image("reference", reference)] as const;
   return call("stitch", [...images, inputs, settings], options);
+}
+
+/**
+ * Finds SIFT features (Lowe 2004), strongest first. A photo without texture has none, which is no error.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
+ */
+export async function detect(image: ImageInput, options: MatchOptions = {}): Promise<Features> {
+  return call("detect", [check.image("image", image), check.settings(options)], options);
+}
+
+/**
+ * Matches the features of two photos by their descriptors: nearest neighbours, the ratio test, both ways.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
+ */
+export async function match(
+  target: Features,
+  reference: Features,
+  options: MatchOptions = {},
+): Promise<Matches> {
+  const both = [check.features("target", target), check.features("reference", reference)] as const;
+  return call("match", [...both, check.settings(options)], options);
+}
+
+/**
+ * Finds the features of two photos and matches them.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
+ */
+export async function matchImages(
+  target: ImageInput,
+  reference: ImageInput,
+  options: MatchOptions = {},
+): Promise<ImageMatches> {
+  const images = [check.image("target", target), check.image("reference", reference)] as const;
+  return call("matchImages", [...images, check.settings(options)], options);
 }
 
 /**
@@ -75,6 +116,21 @@ export async function estimate(
   options: EstimateOptions = {},
 ): Promise<Geometry> {
   return call("estimate", [check.estimateInputs(inputs), check.settings(options)], options);
+}
+
+/**
+ * The first half of `stitch`: matches, models and the inverse depth that goes with them. Pass its result to `warp` as
+ * geometry, and its depth maps as options.
+ *
+ * @throws {StitchError} as `stitch`.
+ */
+export async function align(
+  target: ImageInput,
+  reference: ImageInput,
+  options: StitchOptions = {},
+): Promise<Alignment> {
+  const images = [check.image("target", target), check.image("reference", reference)] as const;
+  return call("align", [...images, check.stitchInputs(options), check.settings(options)], options);
 }
 
 /**
@@ -95,16 +151,33 @@ export async function warp(
 }
 
 /**
- * Puts warped target and reference together: the average where both are valid, the valid one elsewhere.
+ * Puts warped target and reference together.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
  */
 export async function blend(
   warped: Warped,
   reference: ImageInput,
-  options: CallOptions = {},
+  options: BlendOptions = {},
 ): Promise<Mosaic> {
-  return call("blend", [check.warped(warped), check.image("reference", reference)], options);
+  const { trusted } = options;
+  const inputs = trusted ? { trusted: check.mask("trusted", trusted) } : {};
+  const images = [check.warped(warped), check.image("reference", reference)] as const;
+  return call("blend", [...images, inputs, check.settings(options)], options);
+}
+
+/** The part of a picture in a rectangle, such as one of the result's `crop`. */
+export function crop({ data, width, height }: ImageOutput, rect: Rect): ImageOutput {
+  const { x, y } = rect;
+  const inside = x >= 0 && y >= 0 && x + rect.width <= width && y + rect.height <= height;
+  if (!inside || !(rect.width > 0 && rect.height > 0))
+    throw invalid(`rect must lie within the picture of ${width}×${height} pixels`);
+  const part = new Uint8ClampedArray(4 * rect.width * rect.height);
+  for (let row = 0; row < rect.height; row++) {
+    const from = 4 * ((y + row) * width + x);
+    part.set(data.subarray(from, from + 4 * rect.width), 4 * rect.width * row);
+  }
+  return { data: part, width: rect.width, height: rect.height };
 }
 
 /**
@@ -134,10 +207,10 @@ export async function measure(
   return call("measure", [check.warped(warped), check.image("reference", reference)], options);
 }
 
-/** A fresh object with the default of every setting, from the core itself. */
-export async function defaultOptions(): Promise<Options> {
+/** A fresh object with the default of every setting in a mode, from the core itself. */
+export async function defaultOptions(mode: Options["mode"] = "default"): Promise<Options> {
   await core.start(await compile());
-  return core.call((raw) => raw.defaultOptions());
+  return core.call((raw) => raw.defaultOptions(mode));
 }
 
 /** The version of the core. */

@@ -1,19 +1,25 @@
-import type { Depths, Options, Stage, StitchInputs } from "./wasm/types.js";
+import type { Depths, Mask, Options, Stage, StitchInputs } from "./wasm/types.js";
 
 export type {
+  Alignment,
   DepthInput,
+  DepthOutput,
   Depths,
   EstimateInputs,
+  Features,
   FitReport,
   Geometry,
   ImageInput,
+  ImageMatches,
   ImageOutput,
   Mask,
+  Matches,
   Model,
   Models,
   Mosaic,
   Options,
   Quality,
+  Rect,
   Remark,
   Size,
   Stage,
@@ -57,6 +63,11 @@ export interface CallOptions {
 export type Settings = { [K in keyof Options]?: Options[K] | undefined };
 
 export interface StitchOptions extends Settings, StitchInputs, CallOptions {}
+export interface MatchOptions extends Settings, CallOptions {}
 export interface EstimateOptions extends Settings, CallOptions {}
 export interface WarpOptions extends Settings, Depths, CallOptions {}
+export interface BlendOptions extends Settings, CallOptions {
+  /** Reference pixels whose alignment is believed: the seam keeps away from elsewhere. */
+  readonly trusted?: Mask | null | undefined;
+}
 export interface FillOptions extends Settings, CallOptions {}

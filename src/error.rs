@@ -9,8 +9,16 @@ use crate::decimal::Decimal;
 pub enum Stage {
     /// Checking and converting what the caller passed.
     Input,
+    /// Keypoints and their descriptors.
+    Detect,
+    /// Which keypoints belong together.
+    Match,
     /// Robust fit and refinement of both models.
     Estimate,
+    /// Inverse depth from the photos alone.
+    Depth,
+    /// Epipolar refinement of the inverse depth.
+    Refine,
     /// Forward map, rendering, void recovery, overlap selection.
     Warp,
     /// Putting warped target and reference together.
@@ -26,7 +34,11 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Stage::Input => "input",
+            Stage::Detect => "detect",
+            Stage::Match => "match",
             Stage::Estimate => "estimate",
+            Stage::Depth => "depth",
+            Stage::Refine => "refine",
             Stage::Warp => "warp",
             Stage::Blend => "blend",
             Stage::Fill => "fill",

@@ -13,6 +13,7 @@
 pub mod codecs;
 mod decimal;
 pub mod error;
+pub mod features;
 pub mod geometry;
 pub mod image;
 pub mod metrics;

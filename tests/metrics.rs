@@ -17,7 +17,7 @@ fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4])
 
 fn warped(image: Image, offset: (usize, usize)) -> Warped {
     let footprint = Mask { data: vec![255; image.width * image.height], width: image.width, height: image.height };
-    Warped { image, footprint, offset, clipped: false }
+    Warped { image, footprint, depth: None, offset, clipped: false }
 }
 
 /// 40 + 3x + 2y + ⌊xy/9⌋(c + 1) + 17c mod 256

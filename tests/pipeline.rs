@@ -3,7 +3,10 @@
 
 mod scene;
 
-use depthstitch::geometry::{Match, Model, ModelKind};
+use depthstitch::InverseDepth;
+use depthstitch::geometry::{Calibration, EstimateOptions, Match, Model, ModelKind};
+use depthstitch::image::DepthKind;
+use depthstitch::mosaic::Rect;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use scene::{MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
@@ -14,12 +17,18 @@ const EXACT: MatchOptions = MatchOptions { count: 300, sigma: 0.0, outliers: 0.0
 /// As a good detector finds them.
 const NOISY: MatchOptions = MatchOptions { count: 300, sigma: 0.3, outliers: 0.1, seed: 1 };
 
+/// The published method, with our threshold.
+fn published() -> Options {
+    let estimate = EstimateOptions { calibration: Calibration::Off, ..EstimateOptions::default() };
+    Options { estimate, ..Options::paper() }
+}
+
 fn render(scene: &Scene) -> Pair<'_> {
     scene.render(SIZE.0, SIZE.1)
 }
 
 fn run(photos: &Photos, options: &Options) -> Stitched {
-    stitch(&photos.matches, photos.target(), photos.reference(), options, &mut ()).unwrap()
+    stitch(Some(&photos.matches), photos.target(), photos.reference(), options, &mut ()).unwrap()
 }
 
 fn codes(found: &Stitched) -> Vec<&'static str> {
@@ -59,8 +68,8 @@ fn colour_error(a: [u8; 4], b: [u8; 4]) -> u8 {
 fn exact_matches_give_the_true_map_back() {
     let scene = scene::gallery();
     let pair = render(&scene);
-    let found = run(&Photos::of(&pair, &EXACT), &Options::default());
-    assert_eq!(found.geometry.kind, ModelKind::Depth);
+    let found = run(&Photos::of(&pair, &EXACT), &published());
+    assert_ne!(found.geometry.kind, ModelKind::Homography);
     assert_eq!(codes(&found), [""; 0]);
     assert!(found.geometry.inliers.iter().all(|inlier| *inlier));
     for error in map_error(&found.geometry.forward, &pair) {
@@ -78,7 +87,7 @@ fn noise_and_outliers_leave_the_map_right_within_and_beyond_the_overlap() {
     for seed in 1..=5 {
         let sampled = pair.matches(&MatchOptions { seed, ..NOISY });
         let photos = Photos { matches: sampled.matches, ..Photos::of(&pair, &NOISY) };
-        let found = run(&photos, &Options::default());
+        let found = run(&photos, &published());
         assert_eq!(codes(&found), [""; 0], "seed {seed}");
         let [within, beyond] = map_error(&found.geometry.forward, &pair);
         assert!(within < 0.15 && beyond < 0.5, "seed {seed}: {within} px within, {beyond} px beyond");
@@ -92,7 +101,7 @@ fn noise_and_outliers_leave_the_map_right_within_and_beyond_the_overlap() {
 fn voids_are_where_the_target_did_not_see() {
     let scene = scene::gallery();
     let pair = render(&scene);
-    let found = run(&Photos::of(&pair, &NOISY), &Options::default());
+    let found = run(&Photos::of(&pair, &NOISY), &published());
     let (canvas, (left, top)) = (found.warped.image.view(), found.warped.offset);
     let (mut hits, mut hidden, mut void, mut seen, mut total) = (0, 0, 0, 0, 0);
     let places = pair.reverse_map();
@@ -122,7 +131,7 @@ fn mosaic_pixels_are_right() {
     let scene = scene::gallery();
     let pair = render(&scene);
     let photos = Photos::of(&pair, &NOISY);
-    let found = run(&photos, &Options::default());
+    let found = run(&photos, &published());
     let (left, top) = found.warped.offset;
     let (mosaic, warped) = (found.mosaic.image.view(), found.warped.image.view());
     let mut overlap = Vec::new();
@@ -164,14 +173,14 @@ fn depth_maps_of_another_scale_and_shift_change_nothing() {
     let photos = Photos::of(&pair, &NOISY);
     let affine = |view: &scene::View, scale: f32, shift: f32| {
         let raw: Vec<f32> = view.inverse_depth().iter().map(|d| scale * d + shift).collect();
-        depthstitch::InverseDepth::new("depth", &raw, SIZE, depthstitch::image::DepthKind::Inverse, None, SIZE).ok()
+        InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).ok()
     };
     let relative = Photos {
         target_depth: affine(&pair.target, 200.0, 7.0),
         reference_depth: affine(&pair.reference, 31.0, -2.0),
         ..photos.clone()
     };
-    let (metric, relative) = (run(&photos, &Options::default()), run(&relative, &Options::default()));
+    let (metric, relative) = (run(&photos, &published()), run(&relative, &published()));
     assert_eq!(metric.geometry.inliers, relative.geometry.inliers);
     let difference = metric.quality.psnr_mask - relative.quality.psnr_mask;
     assert!(difference.abs() < 0.2, "{difference} dB");
@@ -181,8 +190,8 @@ fn depth_maps_of_another_scale_and_shift_change_nothing() {
 fn depth_beats_a_homography() {
     let scene = scene::gallery();
     let photos = Photos::of(&render(&scene), &NOISY);
-    let flat = run(&Photos { target_depth: None, reference_depth: None, ..photos.clone() }, &Options::default());
-    let deep = run(&photos, &Options::default());
+    let flat = run(&Photos { target_depth: None, reference_depth: None, ..photos.clone() }, &published());
+    let deep = run(&photos, &published());
     assert_eq!(flat.geometry.kind, ModelKind::Homography);
     assert!(
         deep.quality.ssim_mask > flat.quality.ssim_mask + 0.1,
@@ -196,8 +205,76 @@ fn depth_beats_a_homography() {
 fn the_same_seed_gives_the_same_result_whatever_the_order_of_calls() {
     let scene = scene::gallery();
     let photos = Photos::of(&render(&scene), &NOISY);
-    let first = run(&photos, &Options::default());
+    let first = run(&photos, &published());
     let reversed: Vec<Match> = photos.matches.iter().rev().copied().collect();
-    run(&Photos { matches: reversed, ..photos.clone() }, &Options::default());
-    assert_eq!(run(&photos, &Options::default()), first);
+    run(&Photos { matches: reversed, ..photos.clone() }, &published());
+    let again = run(&photos, &published());
+    assert_eq!(again.geometry, first.geometry);
+    assert!(again.mosaic == first.mosaic && again.warped.image == first.warped.image, "other pictures");
+}
+
+/// Depth as a network gives it: right on the whole, wrong by a few pixels of motion everywhere.
+#[test]
+fn our_own_way_corrects_the_depth_and_needs_none() {
+    let scene = scene::gallery();
+    let exact = Photos::of(&render(&scene), &NOISY);
+    let wavy = |map: &Option<InverseDepth>| {
+        let map = map.as_ref().unwrap();
+        let wave = |i: usize| 0.06 * ((i % SIZE.0) as f32 / 40.0).sin() * ((i / SIZE.0) as f32 / 30.0).cos();
+        let raw: Vec<f32> = map.data().iter().enumerate().map(|(i, d)| d * (1.0 + wave(i))).collect();
+        InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).ok()
+    };
+    let biased = Photos {
+        target_depth: wavy(&exact.target_depth),
+        reference_depth: wavy(&exact.reference_depth),
+        ..exact.clone()
+    };
+    let plain = run(&biased, &published());
+    let refined = run(&biased, &Options::default());
+    let ssim = |found: &Stitched| found.quality.ssim_mask;
+    assert!(ssim(&refined) > ssim(&plain) + 0.02, "{} {}", ssim(&refined), ssim(&plain));
+
+    let none = Photos { target_depth: None, reference_depth: None, ..exact.clone() };
+    let flat = run(&none, &published());
+    let found = run(&none, &Options { output_depth: true, ..Options::default() });
+    assert_eq!(found.geometry.kind, ModelKind::TwoView);
+    assert!(found.depth.iter().all(|map| map.is_some()));
+    assert!(ssim(&found) > ssim(&flat) + 0.05, "{} {}", ssim(&found), ssim(&flat));
+
+    let one = Photos { reference_depth: None, ..exact };
+    let derived = run(&one, &Options::default());
+    assert!(matches!(derived.geometry.kind, ModelKind::Depth | ModelKind::Calibrated));
+    assert!(ssim(&derived) > ssim(&flat) + 0.05, "{} {}", ssim(&derived), ssim(&flat));
+}
+
+#[test]
+fn matches_are_found_when_none_are_given() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&scene.render(360, 240), &NOISY);
+    let found = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut ()).unwrap();
+    let matches = found.matches.unwrap();
+    assert_eq!(found.geometry.inliers.len(), matches.len());
+    let inliers = found.geometry.inliers.iter().filter(|inlier| **inlier).count();
+    assert!(inliers > 60 && 10 * inliers > 7 * matches.len(), "{inliers} of {}", matches.len());
+    let given =
+        stitch(Some(&photos.matches), photos.target(), photos.reference(), &Options::default(), &mut ()).unwrap();
+    assert!(given.matches.is_none());
+    assert!(found.quality.ssim_mask > given.quality.ssim_mask - 0.03);
+}
+
+#[test]
+fn crops_hold_nothing_empty_and_leave_nothing_out() {
+    let scene = scene::gallery();
+    let found = run(&Photos::of(&render(&scene), &NOISY), &Options::default());
+    let (inner, bounds) = (found.crops.inner.unwrap(), found.crops.bounds.unwrap());
+    let mosaic = found.mosaic.image.view();
+    for y in 0..mosaic.height() {
+        for x in 0..mosaic.width() {
+            let within = |r: Rect| x >= r.x && y >= r.y && x < r.x + r.width && y < r.y + r.height;
+            let valid = mosaic.pixel(x, y)[3] != 0;
+            assert!(valid || !within(inner), "({x}, {y}) is empty");
+            assert!(!valid || within(bounds), "({x}, {y}) is left out");
+        }
+    }
+    assert!(inner.width >= SIZE.0 && inner.height >= SIZE.1, "{inner:?}");
 }

@@ -7,7 +7,7 @@ mod cases;
 
 use cases::Case;
 use depthstitch::Result;
-use depthstitch::geometry::{EstimateOptions, Match, RobustFit, Threshold};
+use depthstitch::geometry::{Match, ModelKind, RobustFit};
 use depthstitch::metrics::Quality;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::warp::{WarpMode, WarpOptions};
@@ -25,12 +25,11 @@ fn load(name: &str) -> Option<Case> {
 }
 
 fn paper() -> Options {
-    let estimate = EstimateOptions { threshold: Threshold::PAPER, ..Default::default() };
-    Options { estimate, fill: None, ..Default::default() }
+    Options { fill: None, ..Options::paper() }
 }
 
 fn run(case: &Case, options: &Options) -> Result<Stitched> {
-    stitch(&case.matches, case.target(), case.reference(), options, &mut ())
+    stitch(Some(&case.matches), case.target(), case.reference(), options, &mut ())
 }
 
 fn quality(case: &Case, options: &Options) -> Quality {
@@ -117,7 +116,7 @@ fn photos_of_different_places_have_no_consensus() {
         for seed in 1..=3 {
             let matches = shuffled(&one.matches, &other.matches, seed);
             for options in [Options::default(), paper()] {
-                let result = stitch(&matches, one.target(), other.reference(), &options, &mut ());
+                let result = stitch(Some(&matches), one.target(), other.reference(), &options, &mut ());
                 let code = result.map_err(|error| error.code()).map(|found| codes(&found));
                 assert_eq!(code, Err("no-consensus"), "{name}, seed {seed}, {:?}", options.estimate.threshold);
             }
@@ -131,15 +130,32 @@ fn matches_in_the_wrong_order_have_no_consensus() {
     let Some(case) = load(PAIR) else { return };
     for options in [Options::default(), paper()] {
         let matches = shuffled(&case.matches, &case.matches, 500);
-        let result = stitch(&matches, case.target(), case.reference(), &options, &mut ());
+        let result = stitch(Some(&matches), case.target(), case.reference(), &options, &mut ());
         assert_eq!(result.map(|_| ()).map_err(|error| error.code()), Err("no-consensus"));
     }
 }
 
 #[test]
-fn photos_without_depth_are_stitched_with_a_warning() {
+fn photos_without_depth_are_aligned_by_a_homography_or_from_two_views() {
     for name in ["photo-sgla-04", "photo-rew-DHW-temple"] {
         let Some(case) = load(name) else { return };
-        assert!(codes(&run(&case, &Options::default()).unwrap()).contains(&"no-depth"), "{name}");
+        let flat = run(&case, &paper()).unwrap();
+        assert_eq!(flat.geometry.kind, ModelKind::Homography);
+        assert!(codes(&flat).contains(&"no-depth"), "{name}");
+        let deep = run(&case, &Options { fill: None, ..Options::default() }).unwrap();
+        assert_eq!(deep.geometry.kind, ModelKind::TwoView);
+        let (found, before) = (deep.quality, flat.quality);
+        println!("{name}: SSIM {:.3} to {:.3}", before.ssim_bbox, found.ssim_bbox);
+        assert!(found.ssim_bbox > before.ssim_bbox + 0.1 && found.coverage > before.coverage - 0.06, "{name}");
     }
+}
+
+/// The pair of the paper, refined: better than with the depth as it is.
+#[test]
+fn refinement_gains() {
+    let Some(case) = load(PAIR) else { return };
+    let found = quality(&case, &Options { fill: None, ..Options::default() });
+    let Quality { psnr_bbox, ssim_bbox, coverage, .. } = found;
+    println!("{psnr_bbox:.2} dB, SSIM {ssim_bbox:.3}, coverage {coverage:.3}");
+    assert!(psnr_bbox > 18.0 && ssim_bbox > 0.72 && coverage > 0.51, "{found:?}");
 }

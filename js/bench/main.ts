@@ -7,7 +7,7 @@ import { parseArgs } from "node:util";
 import { CASE_FILE, loadCase } from "../cases/case.js";
 import { nativeTimes, renderSample } from "./cargo.js";
 import { measureScale, type Scale } from "./scaling.js";
-import { STAGES, timeStages, type Times } from "./stages.js";
+import { STAGES, WAYS, timeStages, type Times, type Way } from "./stages.js";
 
 const HELP = `Usage: npm run bench -- [options]
 
@@ -23,12 +23,18 @@ Times the built wasm in Node, on one thread: medians in milliseconds.
 const REAL_CASE = "nis-PTS_17";
 const SAMPLE = { width: 1000, height: 662 };
 const MEGAPIXELS = [0.25, 1, 3, 6, 12];
+const WORDS: Readonly<Record<Way, string>> = {
+  paper: "published method",
+  depth: "with depth maps",
+  photos: "two photos alone",
+};
 /** Large photos take seconds each. */
-const SCALING_RUNS = 5;
+const SCALING_RUNS = 3;
 const WARM_UP = 3;
 
 interface Timing {
   readonly case: string;
+  readonly way: Way;
   readonly wasm: Times;
   readonly native: Times | undefined;
 }
@@ -74,34 +80,44 @@ async function timeCases(runs: number): Promise<Timing[]> {
   const timings: Timing[] = [];
   for (const [name, folder] of folders) {
     const pair = await loadCase(folder);
-    print(`${name} (${pair.target.width}×${pair.target.height}, median of ${runs})`);
-    const wasm = await timeStages(pair, runs, WARM_UP);
-    const native = flags["no-native"] ? undefined : await nativeTimes(folder, runs);
-    for (const line of timingLines({ case: name, wasm, native })) print(line);
-    timings.push({ case: name, wasm, native });
+    for (const way of WAYS) {
+      const { width, height } = pair.target;
+      print(`${name}, ${WORDS[way]} (${width}×${height}, median of ${runs})`);
+      const wasm = await timeStages(pair, way, runs, WARM_UP);
+      const native = flags["no-native"] ? undefined : await nativeTimes(folder, way, runs);
+      const timing = { case: name, way, wasm, native };
+      for (const line of timingLines(timing)) print(line);
+      timings.push(timing);
+    }
   }
   return timings;
 }
 
 function timingLines({ wasm, native }: Timing): string[] {
   const header = columns("stage", ["wasm ms", ...(native ? ["native ms", "ratio"] : [])]);
-  const rows = STAGES.map((stage) => {
-    const ratio = native
-      ? [native[stage].toFixed(2), (wasm[stage] / native[stage]).toFixed(2)]
-      : [];
-    return columns(stage, [wasm[stage].toFixed(2), ...ratio]);
+  const rows = STAGES.flatMap((stage) => {
+    const [ours, theirs] = [wasm[stage], native?.[stage]];
+    if (ours === undefined) return [];
+    const ratio = theirs === undefined ? [] : [theirs.toFixed(2), (ours / theirs).toFixed(2)];
+    return columns(stage, [ours.toFixed(2), ...ratio]);
   });
   return [header, ...rows, ""];
 }
 
 async function scale(): Promise<Scale[]> {
-  print(`whole stitch by size (sample, median of ${SCALING_RUNS})`);
+  const scales: Scale[] = [];
+  for (const way of WAYS) scales.push(...(await scaleOf(way)));
+  return scales;
+}
+
+async function scaleOf(way: Way): Promise<Scale[]> {
+  print(`whole stitch by size, ${WORDS[way]} (sample, median of ${SCALING_RUNS})`);
   print(columns("MP", ["ms", "ms/MP", "peak MiB", "MiB/MP"]));
   const scales: Scale[] = [];
   for (const wanted of MEGAPIXELS) {
     const width = Math.round(Math.sqrt((wanted * 1e6 * SAMPLE.width) / SAMPLE.height));
     const height = Math.round((width * SAMPLE.height) / SAMPLE.width);
-    const found = await measureScale(await renderSample(width, height), SCALING_RUNS);
+    const found = await measureScale(await renderSample(width, height), way, SCALING_RUNS);
     const { megapixels, ms, memory } = found;
     const mebibytes = memory / 2 ** 20;
     const numbers = [ms, ms / megapixels, mebibytes, mebibytes / megapixels];
@@ -113,6 +129,7 @@ async function scale(): Promise<Scale[]> {
     );
     scales.push(found);
   }
+  print("");
   return scales;
 }
 

@@ -2,10 +2,11 @@ import { Worker, isMainThread, parentPort, workerData } from "node:worker_thread
 
 import { loadCase } from "../cases/case.js";
 import { core } from "../core.js";
-import { timeStages } from "./stages.js";
+import { timeStages, type Way } from "./stages.js";
 
 /** How a whole stitch grows with the photos. */
 export interface Scale {
+  readonly way: Way;
   /** Pixels of the target, in millions. */
   readonly megapixels: number;
   /** Median milliseconds of a stitch. */
@@ -15,10 +16,10 @@ export interface Scale {
 }
 
 /** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
-export async function measureScale(folder: string, runs: number): Promise<Scale> {
+export async function measureScale(folder: string, way: Way, runs: number): Promise<Scale> {
   return new Promise((resolve, reject) => {
     const worker = new Worker(new URL(import.meta.url), {
-      workerData: { folder, runs } satisfies Job,
+      workerData: { folder, way, runs } satisfies Job,
     });
     worker.once("message", (scale: Scale) => resolve(scale));
     worker.once("error", reject);
@@ -28,14 +29,16 @@ export async function measureScale(folder: string, runs: number): Promise<Scale>
 
 interface Job {
   readonly folder: string;
+  readonly way: Way;
   readonly runs: number;
 }
 
-async function serve({ folder, runs }: Job): Promise<Scale> {
+async function serve({ folder, way, runs }: Job): Promise<Scale> {
   const pair = await loadCase(folder);
   const { width, height } = pair.target;
-  const { stitch } = await timeStages(pair, runs, 1);
+  const { stitch = NaN } = await timeStages(pair, way, runs, 1);
   return {
+    way,
     megapixels: (width * height) / 1e6,
     ms: stitch,
     memory: core.call((raw) => raw.peakMemory()),

@@ -17,16 +17,23 @@ import { parseNpy, type NumericArray } from "./npy.js";
 export interface PairFiles {
   readonly target: string;
   readonly reference: string;
-  readonly matches: string;
-  /** Both depth maps and how to read them, or null for a pair without depth. */
-  readonly depth: (DepthFormat & { readonly target: string; readonly reference: string }) | null;
+  /** Null: features are detected and matched. */
+  readonly matches: string | null;
+  /** The depth maps there are and how to read them, or null for a pair without depth. */
+  readonly depth: DepthFiles | null;
+}
+
+/** Depth maps of one photo or of both. */
+export interface DepthFiles extends DepthFormat {
+  readonly target: string | null;
+  readonly reference: string | null;
 }
 
 /** A decoded pair, ready for `stitch`. */
 export interface Pair {
   readonly target: ImageOutput;
   readonly reference: ImageOutput;
-  readonly matches: Float32Array;
+  readonly matches: Float32Array | undefined;
   /** Values already scaled, holes NaN: the geometry's d is in this unit. */
   readonly targetDepth: DepthInput | undefined;
   readonly referenceDepth: DepthInput | undefined;
@@ -53,9 +60,9 @@ export async function loadPair(files: PairFiles): Promise<Pair> {
   const [target, reference, matches, targetDepth, referenceDepth] = await Promise.all([
     loadImage(files.target),
     loadImage(files.reference),
-    loadMatches(files.matches),
-    depth ? loadDepth(depth.target, depth) : undefined,
-    depth ? loadDepth(depth.reference, depth) : undefined,
+    files.matches === null ? undefined : loadMatches(files.matches),
+    depth?.target ? loadDepth(depth.target, depth) : undefined,
+    depth?.reference ? loadDepth(depth.reference, depth) : undefined,
   ]);
   return { target, reference, matches, targetDepth, referenceDepth };
 }
@@ -109,14 +116,15 @@ async function describe(folder: string): Promise<CaseDescription> {
 
 function inFolder(folder: string, description: PairFiles): PairFiles {
   const { target, reference, matches, depth } = description;
+  const inside = (name: string | null): string | null => name && join(folder, name);
   return {
     target: join(folder, target),
     reference: join(folder, reference),
-    matches: join(folder, matches),
+    matches: inside(matches),
     depth: depth && {
       ...depth,
-      target: join(folder, depth.target),
-      reference: join(folder, depth.reference),
+      target: inside(depth.target),
+      reference: inside(depth.reference),
     },
   };
 }

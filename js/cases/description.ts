@@ -18,8 +18,11 @@ export interface TrueMap {
 export interface CaseDescription {
   readonly target: string;
   readonly reference: string;
-  readonly matches: string;
-  readonly depth: (DepthFormat & { readonly target: string; readonly reference: string }) | null;
+  /** Null for a case without matches. */
+  readonly matches: string | null;
+  /** The maps there are, one or both; null for a case without depth. */
+  readonly depth:
+    (DepthFormat & { readonly target: string | null; readonly reference: string | null }) | null;
   /** The true map, for the depth given (`truth`) or for that of `truth_inverse_depth.npy` (`truth_map`). */
   readonly truth: (TrueMap & { readonly ownDepth: boolean }) | null;
 }
@@ -41,6 +44,8 @@ export function parseDescription(text: string, path: string): CaseDescription {
     const value = from[key];
     return typeof value === "string" && value !== "" ? value : fail(`"${key}" must be a file name`);
   };
+  const optional = (from: Fields, key: string): string | null =>
+    (from[key] ?? null) === null ? null : string(from, key);
   const numbers = (from: Fields, key: string, count: number): number[] => {
     const value = from[key];
     const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
@@ -49,6 +54,13 @@ export function parseDescription(text: string, path: string): CaseDescription {
     return flat.filter(isFinite);
   };
 
+  const depthFiles = (format: Fields): CaseDescription["depth"] => {
+    const target = optional(root, "target_depth");
+    const reference = optional(root, "reference_depth");
+    if (target === null && reference === null)
+      fail('"depth" needs "target_depth" or "reference_depth"');
+    return { ...parseFormat(format, fail), target, reference };
+  };
   const root = fields(parseJson(text, path), "the file");
   const map = root.truth ?? root.truth_map ?? null;
   const truth = map === null ? null : fields(map, '"truth"');
@@ -56,15 +68,8 @@ export function parseDescription(text: string, path: string): CaseDescription {
   return {
     target: string(root, "target"),
     reference: string(root, "reference"),
-    matches: string(root, "matches"),
-    depth:
-      format === null
-        ? null
-        : {
-            ...parseFormat(fields(format, '"depth"'), fail),
-            target: string(root, "target_depth"),
-            reference: string(root, "reference_depth"),
-          },
+    matches: optional(root, "matches"),
+    depth: format === null ? null : depthFiles(fields(format, '"depth"')),
     truth: truth && {
       h: numbers(truth, "H_inf", 9),
       e: numbers(truth, "e_prime", 3),

@@ -22,8 +22,12 @@ export interface StitchCommand {
   readonly kind: "stitch";
   /** A case folder, or the files themselves. */
   readonly input: { readonly case: string } | PairFiles;
+  /** Whether to match the photos even if a case brings matches. */
+  readonly ownMatches: boolean;
   readonly settings: Partial<Options>;
   readonly outputs: Outputs;
+  /** Which part of the mosaic is written. */
+  readonly crop: Crop;
   /** Quality of JPEG outputs, 1 to 100. */
   readonly quality: number;
   /** Whether to report progress; undefined: when stderr is a terminal. */
@@ -35,6 +39,10 @@ export interface StitchCommand {
 export const DEFAULT_OUTPUT = "mosaic.png";
 export const DEFAULT_QUALITY = 92;
 
+/** What of the mosaic can be kept: all, the largest full rectangle, the smallest one with everything. */
+const CROPS = ["none", "inner", "bounds"] as const;
+export type Crop = (typeof CROPS)[number];
+
 const IMAGE = [".png", ".jpg", ".jpeg"];
 
 const FLAGS = {
@@ -45,11 +53,13 @@ const FLAGS = {
   "depth-scale": { type: "string" },
   invalid: { type: "string" },
   matches: { type: "string", short: "m" },
+  "own-matches": { type: "boolean" },
   output: { type: "string", short: "o" },
   warped: { type: "string" },
   "void-mask": { type: "string" },
   report: { type: "string" },
   quality: { type: "string" },
+  crop: { type: "string" },
   progress: { type: "boolean" },
   quiet: { type: "boolean", short: "q" },
   help: { type: "boolean", short: "h" },
@@ -85,8 +95,11 @@ export function parseCommand(args: readonly string[]): Command {
     const text = Object.entries(values).find(([flag]) => flag === flagName(name))?.[1];
     if (typeof text === "string") applySetting(settings, name, text, `--${flagName(name)}`);
   }
+  if (flags["own-matches"] && flags.matches !== undefined)
+    throw new UsageError("--own-matches and --matches exclude each other");
   const input = parseInput(flags, positionals);
   const outputs = parseOutputs(flags);
+  const crop = labelled("crop", () => parseChoice(flags.crop ?? "none", CROPS));
   const quality = flags.quality === undefined ? DEFAULT_QUALITY : number("quality", flags.quality);
   if (!(quality >= 1 && quality <= 100))
     throw new UsageError(`--quality must be from 1 to 100, got ${quality}`);
@@ -94,8 +107,10 @@ export function parseCommand(args: readonly string[]): Command {
   return {
     kind: "stitch",
     input,
+    ownMatches: flags["own-matches"] ?? false,
     settings,
     outputs,
+    crop,
     quality: Math.round(quality),
     progress: flags.progress,
     quiet: flags.quiet ?? false,
@@ -114,7 +129,9 @@ export function checkPaths(outputs: Outputs, inputs: readonly string[]): void {
 
 /** Every file that will be read. */
 export function inputPaths({ target, reference, matches, depth }: PairFiles): string[] {
-  return [target, reference, matches, ...(depth ? [depth.target, depth.reference] : [])];
+  return [target, reference, matches, depth?.target, depth?.reference].filter(
+    (path) => typeof path === "string",
+  );
 }
 
 /** Every file that will be written. */
@@ -171,9 +188,7 @@ function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand
       `two photos are needed, TARGET and REFERENCE, got ${positionals.length} (see --help)`,
     );
   }
-  if (flags.matches === undefined)
-    throw new UsageError("--matches FILE.csv is needed (see --help)");
-  return { target, reference, matches: flags.matches, depth: parseDepth(flags) };
+  return { target, reference, matches: flags.matches ?? null, depth: parseDepth(flags) };
 }
 
 function parseDepth(flags: Flags): PairFiles["depth"] {
@@ -182,11 +197,8 @@ function parseDepth(flags: Flags): PairFiles["depth"] {
     const extra = (["depth-kind", "depth-scale", "invalid"] as const).find(
       (flag) => flags[flag] !== undefined,
     );
-    if (extra) throw new UsageError(`--${extra} needs --target-depth and --reference-depth`);
+    if (extra) throw new UsageError(`--${extra} needs --target-depth or --reference-depth`);
     return null;
-  }
-  if (target === undefined || reference === undefined) {
-    throw new UsageError("--target-depth and --reference-depth go together");
   }
   const kind = labelled("depth-kind", () =>
     parseChoice(flags["depth-kind"] ?? "inverse", ["inverse", "metric"]),
@@ -194,7 +206,7 @@ function parseDepth(flags: Flags): PairFiles["depth"] {
   const scale = number("depth-scale", flags["depth-scale"] ?? "1");
   if (scale <= 0) throw new UsageError(`--depth-scale must be above 0, got ${scale}`);
   const invalid = flags.invalid === undefined ? null : number("invalid", flags.invalid);
-  return { target, reference, kind, scale, invalid };
+  return { target: target ?? null, reference: reference ?? null, kind, scale, invalid };
 }
 
 function parseOutputs(flags: Flags): Outputs {

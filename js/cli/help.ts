@@ -9,23 +9,25 @@ const WIDTH = 100;
 export function helpText(defaults: Options): string {
   const settings = SETTING_NAMES.map((name) => {
     const { placeholder, help } = SETTINGS[name];
-    return row(`--${flagName(name)} ${placeholder}`, `${help} [${defaults[name]}]`);
+    return row(`--${flagName(name)} ${placeholder}`, `${help} [${defaultText(defaults[name])}]`);
   });
-  return `Usage: depthstitch TARGET REFERENCE --matches M.csv [--target-depth A --reference-depth B] [options]
+  return `Usage: depthstitch TARGET REFERENCE [options]
        depthstitch --case DIR [options]
 
-Stitches two photos of one scene taken from two places: TARGET is warped onto REFERENCE. Without depth maps the photos
-are aligned by a homography. Photos are PNG or JPEG; depth maps are PNG (8 or 16 bit) or JPEG.
+Stitches two photos of one scene taken from two places: TARGET is warped onto REFERENCE. Depth maps make the part that
+only one photo shows more exact; without them depth is estimated from the two photos. Photos are PNG or JPEG; depth
+maps are PNG (8 or 16 bit) or JPEG.
 
 Input:
 ${[
   row("--case DIR", "a folder with a case.json that names photos, depth maps and matches"),
   row(
     "-m, --matches FILE",
-    "CSV with the header xt,yt,xr,yr: pixels of the target and of the reference",
+    "CSV with the header xt,yt,xr,yr: pixels of the target and of the reference; without it the photos are matched",
   ),
+  row("--own-matches", "match the photos even if the case brings matches"),
   row("--target-depth FILE", "depth of the target"),
-  row("--reference-depth FILE", "depth of the reference"),
+  row("--reference-depth FILE", "depth of the reference; the one that is missing is derived"),
   row(
     "--depth-kind KIND",
     "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric [inverse]",
@@ -40,6 +42,10 @@ ${[
   row("--warped FILE", "the warped target on the mosaic's canvas, .png; alpha is validity"),
   row("--void-mask FILE", "the mosaic's inner voids before they are filled, .png"),
   row("--report FILE", "models, inliers, quality, times and warnings as JSON"),
+  row(
+    "--crop none|inner|bounds",
+    "write all of the mosaic, its largest rectangle without a gap, or the smallest one with everything [none]",
+  ),
   row("--quality N", `JPEG quality, 1 to 100 [${DEFAULT_QUALITY}]`),
   row("--progress", "report progress even when stderr is no terminal"),
   row("-q, --quiet", "print nothing but errors"),
@@ -56,6 +62,10 @@ warnings and errors go to stderr, an error as one line: depthstitch: code: messa
 Exit codes: 0 stitched; 1 the photos could not be stitched, or a file could not be read or written; 2 the command line
 is wrong; 130 stopped by Ctrl-C.
 `;
+}
+
+function defaultText(value: Options[keyof Options]): string {
+  return typeof value === "boolean" ? (value ? "on" : "off") : String(value);
 }
 
 function row(flag: string, help: string): string {

@@ -27,6 +27,8 @@ export function report(
     reverse: plain(result.reverse),
     fit: result.report,
     inliers: Array.from(result.inliers),
+    crop: result.crop,
+    gains: result.gains,
     canvas: { width, height, offset: result.offset, clipped: result.clipped },
     voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
     quality: result.quality,

@@ -5,6 +5,7 @@ import { FileError } from "../cases/errors.js";
 import { encodeGrayPng, encodeJpeg, encodePng } from "../codecs.js";
 import {
   StitchError,
+  crop,
   defaultOptions,
   stitch,
   version,
@@ -50,9 +51,10 @@ export async function run(args: readonly string[]): Promise<number> {
 }
 
 async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<void> {
-  const { settings, outputs, quiet } = command;
+  const { outputs, quiet, ownMatches } = command;
   const line = progressLine(process.stderr, !quiet && (command.progress ?? process.stderr.isTTY));
-  const files = "case" in command.input ? await caseFiles(command.input.case) : command.input;
+  const given = "case" in command.input ? await caseFiles(command.input.case) : command.input;
+  const files = ownMatches ? { ...given, matches: null } : given;
   checkPaths(outputs, inputPaths(files));
   const out = await openOutputs(outputPaths(outputs));
   try {
@@ -72,7 +74,7 @@ async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<v
 
 /** Reads, stitches and encodes: the bytes of every output, by path. */
 async function work(
-  { settings, outputs, quality }: StitchCommand,
+  { settings, outputs, quality, crop: part }: StitchCommand,
   files: PairFiles,
   line: ProgressLine,
   signal: AbortSignal,
@@ -89,13 +91,13 @@ async function work(
     referenceDepth,
   });
   line.say("writing");
-  const contents = new Map([
-    [outputs.mosaic, await encodeImage(outputs.mosaic, result.mosaic, quality)],
-  ]);
+  const rect = part === "none" ? null : result.crop[part];
+  const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
+  const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, mosaic, quality)]]);
   if (outputs.warped) contents.set(outputs.warped, await encodePng(result.warped));
   if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
   if (outputs.report) {
-    const options = { ...(await defaultOptions()), ...settings };
+    const options = { ...(await defaultOptions(settings.mode)), ...settings };
     const json = report(await version(), files, pair, options, outputs, result);
     contents.set(outputs.report, new TextEncoder().encode(`${JSON.stringify(json, null, 1)}\n`));
   }

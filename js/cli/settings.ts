@@ -12,6 +12,24 @@ export interface Setting<T> {
 
 /** Every option of `stitch`, in the order of the help. The compiler keeps it complete; the defaults are the core's. */
 export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = {
+  mode: choice("which defaults the options below have", "default", "paper"),
+  matchSize: number(
+    "photos whose longer side has more pixels are matched at this size; 0 matches all at their own",
+  ),
+  maxKeypoints: number("most keypoints that are described in a photo"),
+  contrastThreshold: number("least contrast of a keypoint, as a share of the range of brightness"),
+  edgeThreshold: number("largest ratio of principal curvatures of a keypoint"),
+  adaptiveContrast: flag("drop the contrast asked for until there are enough keypoints"),
+  upsample: flag("double photos before the search, which finds the smallest features"),
+  rootSift: flag("compare descriptors by their square roots (RootSIFT)"),
+  matchRatio: number("a match must be closer than this many times the second best"),
+  mutual: flag("both features of a match must be each other's best"),
+  guidedMatching: flag("search own matches again along the epipolar lines"),
+  withoutDepth: choice(
+    "without depth maps: depth from the photos themselves, or a homography",
+    "two-view",
+    "homography",
+  ),
   robustFit: choice("what picks the inliers", "depth", "homography", "multi-homography"),
   threshold: {
     placeholder: "PX|paper",
@@ -23,6 +41,17 @@ export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = 
   ),
   maxTrials: number("most samples to draw"),
   seed: number("seed of the sampler, a whole number; the same seed gives the same bytes"),
+  calibration: choice(
+    "fit rotation, translation and focal length instead of twelve free numbers",
+    "auto",
+    "always",
+    "off",
+  ),
+  focalLength: number("focal length of the target in its pixels; 0 where it is not known"),
+  refinement: choice("refine inverse depth along the epipolar lines", "epipolar", "none"),
+  refinementRange: number(
+    "how far the refinement looks in pixels; 0 for as far as the residuals suggest",
+  ),
   warpMode: choice("how the target is rendered", "forward", "backward", "backward+void", "optimal"),
   gridColumns: number("columns of grid cells over the target; 0 for one vertex per pixel"),
   gridRows: number("rows of grid cells over the target; 0 for one vertex per pixel"),
@@ -40,7 +69,17 @@ export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = 
   canvasLimit: number(
     "how far the canvas may reach beyond each side of the reference, in reference sizes",
   ),
-  fill: choice("whether inner voids of the mosaic are filled", "smooth", "none"),
+  exposure: choice(
+    "how the target's exposure is fitted to the reference's",
+    "field",
+    "gain",
+    "none",
+  ),
+  seam: choice("whether a seam decides which photo shows where both do", "cut", "none"),
+  blending: choice("how the photos are blended", "multiband", "feather", "average"),
+  feather: number("pixels from one end of a feathered ramp to the other"),
+  bands: number("bands of the multiband blending; 0 for as many as the size asks for"),
+  fill: choice("how inner voids of the mosaic are filled", "exemplar", "smooth", "none"),
   fillRadius: number("radius in pixels of the neighbourhood that a filled pixel is drawn from"),
   maxBytes: number("most bytes the core may take; a larger job is refused"),
 };
@@ -92,6 +131,14 @@ export function parseChoice<const T extends string>(text: string, words: readonl
 
 function number(help: string): Setting<number> {
   return { placeholder: "N", help, parse: (text) => parseNumber(text) };
+}
+
+function flag(help: string): Setting<boolean> {
+  return {
+    placeholder: "on|off",
+    help,
+    parse: (text) => parseChoice(text, ["on", "off"]) === "on",
+  };
 }
 
 function choice<T extends string>(help: string, ...words: readonly T[]): Setting<T> {

@@ -4,7 +4,7 @@ import { systemCode } from "../cases/errors.js";
 import { SETTING_NAMES, applySetting, isSettingName } from "../cli/settings.js";
 import { UsageError } from "../cli/usage.js";
 import type { Options } from "../index.js";
-import { LATER_MODES, MODES, type Mode } from "./modes.js";
+import { MODES, type Mode } from "./modes.js";
 
 /** What an evaluation is asked to do. */
 export interface Request {
@@ -14,6 +14,8 @@ export interface Request {
   readonly wanted: (name: string) => boolean;
   /** Options on top of every mode's own. */
   readonly settings: Partial<Options>;
+  /** Whether the photos are matched anew. */
+  readonly ownMatches: boolean;
   readonly out: string | undefined;
   readonly json: string | undefined;
   readonly check: boolean;
@@ -26,7 +28,7 @@ Stitches every case folder in DIR and prints what it measures.
   --data DIR           folder of case folders, or one case folder [../shared/data, or $DEPTHSTITCH_DATA]
   --mode MODE[,MODE]   ${[...MODES.keys()].join(", ")} [default]
   --cases GLOB[,GLOB]  only the cases of these names; * and ? as in a shell
-  --matches supplied   whose matches to use [supplied]
+  --matches WHOSE      supplied: those of the case; own: our matcher's [supplied]
   --seed N             the sampler's seed
   --set OPTION=VALUE   any option of stitch, on top of the mode's; may be repeated
   --out DIR            write CASE_MODE_mosaic.png and CASE_MODE_warped.png there
@@ -44,10 +46,8 @@ export function parseRequest(args: readonly string[]): Request | undefined {
   const flags = parse(args);
   if (flags.help) return undefined;
   const matches = flags.matches ?? "supplied";
-  if (matches === "own")
-    throw new UsageError("--matches own: this version has no matcher of its own yet");
-  if (matches !== "supplied")
-    throw new UsageError(`--matches must be supplied, got ${JSON.stringify(matches)}`);
+  if (matches !== "supplied" && matches !== "own")
+    throw new UsageError(`--matches must be supplied or own, got ${JSON.stringify(matches)}`);
 
   const settings: Partial<Options> = {};
   if (flags.seed !== undefined) applySetting(settings, "seed", flags.seed, "--seed");
@@ -66,6 +66,7 @@ export function parseRequest(args: readonly string[]): Request | undefined {
     modes: (flags.mode ?? "default").split(",").map((name) => [name, modeOf(name)] as const),
     wanted: globs(flags.cases ?? "*"),
     settings,
+    ownMatches: matches === "own",
     out: flags.out,
     json: flags.json,
     check: flags.check ?? false,
@@ -98,7 +99,6 @@ function parse(args: readonly string[]) {
 function modeOf(name: string): Mode {
   const mode = MODES.get(name);
   if (mode) return mode;
-  if (LATER_MODES.includes(name)) throw new UsageError(`mode ${name} belongs to a later version`);
   throw new UsageError(
     `--mode must be of ${[...MODES.keys()].join(", ")}, got ${JSON.stringify(name)}`,
   );

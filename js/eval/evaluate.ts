@@ -36,7 +36,7 @@ export async function evaluate(
   caseName: string,
   modeName: string,
   mode: Mode,
-  settings: Partial<Options>,
+  { settings, ownMatches }: { settings: Partial<Options>; ownMatches: boolean },
 ): Promise<Evaluation> {
   try {
     const input = await loadCase(folder);
@@ -45,9 +45,10 @@ export async function evaluate(
     const result = await stitch(input.target, input.reference, {
       ...mode.settings,
       ...settings,
-      matches: input.matches,
+      matches: ownMatches ? undefined : input.matches,
       targetDepth: mode.depth ? input.targetDepth : undefined,
       referenceDepth: mode.depth ? input.referenceDepth : undefined,
+      outputDepth: true,
       worker: false,
     });
     return { row: measured(caseName, modeName, input, result), result };
@@ -61,10 +62,10 @@ export async function evaluate(
 
 function measured(caseName: string, mode: string, input: Case, result: StitchResult): Row {
   const { quality, report, times } = result;
-  const { truth, targetDepth } = input;
+  const { truth, targetDepth: given } = input;
   const error =
-    truth && targetDepth
-      ? truthError(result.forward, truth, targetDepth, input.reference)
+    truth && given
+      ? truthError(result.forward, result.targetDepth ?? given, truth, given, input.reference)
       : undefined;
   return {
     case: caseName,

@@ -7,19 +7,7 @@ export interface Mode {
   readonly depth: boolean;
 }
 
-/** Everything of the published method, spelled out so that it stays when defaults move on. */
-const PAPER: Partial<Options> = {
-  robustFit: "depth",
-  threshold: "paper",
-  warpMode: "optimal",
-  maxTrials: 2000,
-  confidence: 0.99,
-  gridColumns: 0,
-  gridRows: 0,
-  holes: "nearest",
-  voidDistance: 0.01,
-  stretchLimit: 2,
-};
+const PAPER: Partial<Options> = { mode: "paper" };
 
 const ablation = (change: Partial<Options>): Mode => ({
   settings: { ...PAPER, ...change },
@@ -28,18 +16,19 @@ const ablation = (change: Partial<Options>): Mode => ({
 
 /**
  * The modes by name. The ablations change one thing of `paper`; the models of the two robust fits are still fitted with
- * depth, on the inliers that the homographies chose. `baseline` is what one does without depth.
+ * depth, on the inliers that the homographies chose. `baseline` is what one does without depth. `calibrated` adds the
+ * calibrated geometry to the fit of `default`, `refined` the refinement, `two-view` ignores the depth maps of the case.
  */
-export const MODES: ReadonlyMap<string, Mode> = new Map([
-  ["baseline", { settings: {}, depth: false }],
+export const MODES: ReadonlyMap<string, Mode> = new Map<string, Mode>([
+  ["baseline", { settings: { withoutDepth: "homography" }, depth: false }],
   ["homography", ablation({ robustFit: "homography" })],
   ["multi-homography", ablation({ robustFit: "multi-homography" })],
   ["forward", ablation({ warpMode: "forward" })],
   ["backward", ablation({ warpMode: "backward" })],
   ["backward+void", ablation({ warpMode: "backward+void" })],
   ["paper", ablation({})],
+  ["calibrated", { settings: { calibration: "always", refinement: "none" }, depth: true }],
+  ["refined", { settings: { refinement: "epipolar" }, depth: true }],
+  ["two-view", { settings: { withoutDepth: "two-view" }, depth: false }],
   ["default", { settings: {}, depth: true }],
 ]);
-
-/** Modes of the design that this version does not have. */
-export const LATER_MODES: readonly string[] = ["calibrated", "refined", "two-view"];

@@ -35,7 +35,7 @@ async function runRequest(request: Request): Promise<number> {
   for (const [modeName, mode] of request.modes) {
     print(`${modeName}\n${lines.header}`);
     for (const { name, path } of folders) {
-      const { row, result } = await evaluate(path, name, modeName, mode, request.settings);
+      const { row, result } = await evaluate(path, name, modeName, mode, request);
       rows.push(row);
       print(lines.row(row));
       if (request.out && result) await writePictures(request.out, `${name}_${modeName}`, result);

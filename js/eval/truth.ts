@@ -24,23 +24,26 @@ const FEW = 20;
 /**
  * Distance in pixels between where the fitted and where the true map put the target's pixels.
  *
- * The fitted map takes the depth that it was fitted with; the true map takes the true one. Pixels without either, or
- * whose true inverse depth is not positive, are left out.
+ * The fitted map takes the inverse depth that the target was warped with (`used`), the true map the true one: that of
+ * the case (`given`) unless the truth has its own. Pixels where either of these two is unknown, or the true one is not
+ * positive, are left out.
  */
 export function truthError(
   fitted: Model,
+  used: DepthInput,
   truth: Truth,
-  depth: DepthInput,
+  given: DepthInput,
   reference: Pick<ImageInput, "width" | "height">,
 ): TruthError {
-  const given = inverseDepth(depth);
-  const trueDepth = truth.inverseDepth?.data ?? given;
+  const { width, height } = given;
+  const [known, warped] = [inverseDepth(given), inverseDepth(used)];
+  const trueDepth = truth.inverseDepth?.data ?? known;
   const points = [];
-  for (let y = 0; y < depth.height; y += STEP) {
-    for (let x = 0; x < depth.width; x += STEP) {
-      const d = given[y * depth.width + x] ?? NaN;
-      const t = trueDepth[y * depth.width + x] ?? NaN;
-      if (!Number.isFinite(d) || !Number.isFinite(t) || t <= 0) continue;
+  for (let y = 0; y < height; y += STEP) {
+    for (let x = 0; x < width; x += STEP) {
+      const d = warped[y * width + x] ?? NaN;
+      const t = trueDepth[y * width + x] ?? NaN;
+      if (!Number.isFinite(known[y * width + x]) || !Number.isFinite(t) || t <= 0) continue;
       const [u, v] = project(fitted, x, y, d);
       const [a, b, w] = project(truth, x, y, t);
       points.push({ a, b, w, error: Math.hypot(u - a, v - b) });

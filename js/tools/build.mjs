@@ -28,7 +28,8 @@ const wasmFeatures = [
 
 /** @type {WasmModule[]} */
 const modules = [
-  { name: "depthstitch", cargo: [], opt: ["-O3"] },
+  // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
+  { name: "depthstitch", cargo: [], opt: ["-O3", "--one-caller-inline-max-function-size=40"] },
   { name: "codecs", cargo: ["--no-default-features", "--features", "codecs"], opt: ["-Oz"] },
 ];
 

@@ -11,6 +11,7 @@ const groups = {
   wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
   node: { needs: [build, smallSample], tests: [() => nodeTest("node")] },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
+  models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
   browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
 };
 

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use wasm_bindgen::{JsCast, JsValue};
 
 use super::convert::{get, image_from_js, mask_from_js, size_from_js};
+use crate::features::{Features, Keypoint};
 use crate::geometry::{Match, Model};
 use crate::image::{DepthKind, check_len, reserve, zeroed};
 use crate::warp::Warped;
@@ -71,6 +72,37 @@ where
     Ok(out)
 }
 
+/// A `Features`.
+pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> {
+    let size = size_from_js(name, value)?;
+    let (keypoints, descriptors) = (get(value, "keypoints"), get(value, "descriptors"));
+    let (Some(keypoints), Some(descriptors)) =
+        (keypoints.dyn_ref::<Float32Array>(), descriptors.dyn_ref::<Uint8Array>())
+    else {
+        let expected = "an object whose keypoints are a Float32Array and descriptors a Uint8Array";
+        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+    };
+    let count = descriptors.length() as usize / 128;
+    for (per, actual) in [(128, descriptors.length()), (5, keypoints.length())] {
+        let (expected, actual) = (per * count as u64, u64::from(actual));
+        if actual != expected {
+            return Err(Error::SizeMismatch { name, expected, actual });
+        }
+    }
+    let mut numbers: Vec<f32> = zeroed(5 * count)?;
+    keypoints.copy_to(&mut numbers);
+    let mut descriptor_bytes: Vec<[u8; 128]> = Vec::new();
+    reserve(&mut descriptor_bytes, count)?;
+    descriptor_bytes.resize(count, [0; 128]);
+    descriptors.copy_to(descriptor_bytes.as_flattened_mut());
+    let keypoint = |&[x, y, scale, angle, response]: &[f32; 5]| Keypoint { x, y, scale, angle, response };
+    Ok(Features {
+        keypoints: numbers.as_chunks().0.iter().map(keypoint).collect(),
+        descriptors: descriptor_bytes,
+        size,
+    })
+}
+
 /// Matches from a `Float32Array` of xt, yt, xr, yr.
 pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
     let name = "matches";
@@ -94,6 +126,11 @@ pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
         }),
     );
     Ok(out)
+}
+
+/// The matches among the inputs, where there are any.
+pub(super) fn optional_matches(inputs: &JsValue) -> Result<Option<Vec<Match>>> {
+    Some(get(inputs, "matches")).filter(|given| !given.is_undefined()).map(|given| matches(&given)).transpose()
 }
 
 /// A `Model`.
@@ -127,6 +164,7 @@ pub(super) fn warped(value: &JsValue) -> Result<Warped> {
     Ok(Warped {
         image: image("warped", &get(value, "warped"))?,
         footprint: mask("footprint", &get(value, "footprint"))?,
+        depth: None,
         offset: (side("x")?, side("y")?),
         clipped: get(value, "clipped").is_truthy(),
     })

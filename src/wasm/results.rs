@@ -1,14 +1,19 @@
 //! What goes back to JavaScript: plain objects with typed arrays of their own.
 
-use js_sys::{Array, Float64Array, Object, Uint8Array};
+use std::borrow::Borrow;
+
+use js_sys::{Array, Float32Array, Float64Array, Object, Uint8Array, Uint32Array};
 use wasm_bindgen::JsValue;
 
 use super::convert::{image_to_js, set, sized};
-use crate::geometry::{Estimate, Model, ModelKind};
+use crate::features::{Features, Keypoint, Pair};
+use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::metrics::Quality;
+use crate::mosaic::Rect;
+use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::Warped;
-use crate::{Image, Mask, Stage};
+use crate::{Image, InverseDepth, Mask, Stage};
 
 /// An object from names and values.
 fn object(fields: &[(&str, JsValue)]) -> JsValue {
@@ -23,6 +28,8 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
     let count = inliers.iter().filter(|&&inlier| inlier != 0).count();
     let kind = match geometry.kind {
         ModelKind::Depth => "depth",
+        ModelKind::Calibrated => "calibrated",
+        ModelKind::TwoView => "two-view",
         ModelKind::Homography => "homography",
     };
     let remarks: Array = warnings
@@ -37,12 +44,40 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
         ("threshold", geometry.threshold.into()),
         ("trials", geometry.trials.into()),
         ("residual", Array::of2(&geometry.residual[0].into(), &geometry.residual[1].into()).into()),
+        ("focalLength", geometry.focal.map_or(JsValue::NULL, JsValue::from)),
         ("warnings", remarks.into()),
     ]);
     set(to, "forward", &model(&geometry.forward));
     set(to, "reverse", &model(&geometry.reverse));
     set(to, "inliers", &Uint8Array::from(inliers.as_slice()));
     set(to, "report", &report);
+}
+
+/// A `Features`.
+pub(super) fn features(features: &Features) -> JsValue {
+    let numbers = |k: &Keypoint| [k.x, k.y, k.scale, k.angle, k.response];
+    let keypoints: Vec<f32> = features.keypoints.iter().flat_map(numbers).collect();
+    let (width, height) = features.size;
+    object(&[
+        ("keypoints", Float32Array::from(keypoints.as_slice()).into()),
+        ("descriptors", Uint8Array::from(features.descriptors.as_flattened()).into()),
+        ("width", width.into()),
+        ("height", height.into()),
+    ])
+}
+
+/// Adds the fields of `Matches` to `to`.
+pub(super) fn add_matches(to: &JsValue, found: &[Match], pairs: &[Pair]) {
+    let pairs: Vec<u32> = pairs.iter().flat_map(|pair| [pair.target, pair.reference]).collect();
+    set(to, "matches", &matches(found));
+    set(to, "pairs", &Uint32Array::from(pairs.as_slice()));
+}
+
+/// xt, yt, xr, yr of every match.
+pub(super) fn matches(matches: &[Match]) -> JsValue {
+    let numbers = |m: &Match| [m.target[0], m.target[1], m.reference[0], m.reference[1]].map(|v| v as f32);
+    let flat: Vec<f32> = matches.iter().flat_map(numbers).collect();
+    Float32Array::from(flat.as_slice()).into()
 }
 
 /// Adds the fields of `Warped` to `to`.
@@ -58,6 +93,9 @@ pub(super) fn add_warped(to: &JsValue, warped: &Warped) {
 pub(super) fn add_mosaic(to: &JsValue, mosaic: &crate::mosaic::Mosaic) {
     set(to, "mosaic", &image(&mosaic.image));
     set(to, "voidMask", &mask(&mosaic.voids));
+    set(to, "seam", &mask(&mosaic.seam));
+    let [red, green, blue] = mosaic.gains;
+    set(to, "gains", &Array::of3(&red.into(), &green.into(), &blue.into()));
 }
 
 pub(super) fn quality(quality: &Quality) -> JsValue {
@@ -80,7 +118,34 @@ pub(super) fn image(image: &Image) -> JsValue {
     image_to_js(&image.data, image.width, image.height)
 }
 
-fn mask(mask: &Mask) -> JsValue {
+/// Adds the inverse depth of target and reference, as far as there is any, to `to`.
+pub(super) fn add_depth(to: &JsValue, maps: &[Option<impl Borrow<InverseDepth>>; 2]) {
+    for (name, map) in ["targetDepth", "referenceDepth"].into_iter().zip(maps) {
+        if let Some(map) = map {
+            set(to, name, &depth(map.borrow()));
+        }
+    }
+}
+
+/// The rectangles of a mosaic.
+pub(super) fn crops(crops: &Crops) -> JsValue {
+    let rect = |rect: Option<Rect>| {
+        rect.map_or(JsValue::NULL, |r| {
+            object(&[("x", r.x.into()), ("y", r.y.into()), ("width", r.width.into()), ("height", r.height.into())])
+        })
+    };
+    object(&[("inner", rect(crops.inner)), ("bounds", rect(crops.bounds))])
+}
+
+/// A `DepthOutput`.
+fn depth(depth: &InverseDepth) -> JsValue {
+    let data = Float32Array::from(depth.data());
+    let js = sized(&data, depth.width(), depth.height());
+    set(&js, "kind", &"inverse".into());
+    js
+}
+
+pub(super) fn mask(mask: &Mask) -> JsValue {
     sized(&Uint8Array::from(mask.data.as_slice()), mask.width, mask.height)
 }
 

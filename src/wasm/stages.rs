@@ -11,7 +11,7 @@ use crate::observer::Observer;
 use crate::pipeline::{self, check_input_sizes};
 use crate::warp::View;
 use crate::{Image, InverseDepth, Result, Stage};
-use crate::{metrics, mosaic, warp};
+use crate::{features, metrics, mosaic, warp};
 
 #[wasm_bindgen(start)]
 fn start() {
@@ -26,6 +26,9 @@ extern "C" {
     /// `Options`, each optional.
     #[wasm_bindgen(typescript_type = "Partial<Options> | undefined")]
     pub type PartialOptions;
+    /// Which defaults.
+    #[wasm_bindgen(typescript_type = "Options[\"mode\"] | undefined")]
+    pub type ModeName;
     /// `Options`.
     #[wasm_bindgen(typescript_type = "Options")]
     pub type FullOptions;
@@ -35,9 +38,24 @@ extern "C" {
     /// What `stitch` takes besides the photos.
     #[wasm_bindgen(typescript_type = "StitchInputs")]
     pub type StitchInputs;
+    /// `Features`.
+    #[wasm_bindgen(typescript_type = "Features")]
+    pub type FeaturesObject;
+    /// `Matches`.
+    #[wasm_bindgen(typescript_type = "Matches")]
+    pub type MatchesObject;
+    /// `ImageMatches`.
+    #[wasm_bindgen(typescript_type = "ImageMatches")]
+    pub type ImageMatches;
     /// What `estimate` takes.
     #[wasm_bindgen(typescript_type = "EstimateInputs")]
     pub type EstimateInputs;
+    /// `Alignment`.
+    #[wasm_bindgen(typescript_type = "Alignment")]
+    pub type AlignmentObject;
+    /// What `blend` may know besides the photos.
+    #[wasm_bindgen(typescript_type = "{ readonly trusted?: Mask | null | undefined }")]
+    pub type BlendInputs;
     /// Both models.
     #[wasm_bindgen(typescript_type = "Models")]
     pub type Models;
@@ -73,10 +91,10 @@ pub fn version() -> String {
     env!("CARGO_PKG_VERSION").into()
 }
 
-/// Every option with its default.
+/// Every option with its default in a mode.
 #[wasm_bindgen(js_name = defaultOptions)]
-pub fn default_options() -> FullOptions {
-    options::to_js(Default::default()).unchecked_into()
+pub fn default_options(mode: &ModeName) -> std::result::Result<FullOptions, JsValue> {
+    observed(&JsValue::UNDEFINED, |_| options::defaults(mode))
 }
 
 /// Bytes of wasm memory. It never shrinks, so this is the peak.
@@ -98,19 +116,84 @@ pub fn stitch(
     observed(on_progress, |observer| {
         let start = observer.now();
         observer.progress(Stage::Input, 0.0);
-        let options = options::from_js(options)?;
+        let mut options = options::from_js(options)?;
+        options.output_depth = get(inputs, "outputDepth").is_truthy();
         let photos = Photos::read(target, reference, inputs, options.warp.max_bytes)?;
-        let matches = inputs::matches(&get(inputs, "matches"))?;
+        let matches = inputs::optional_matches(inputs)?;
         let input_time = observer.now() - start;
-        let done = pipeline::stitch(&matches, photos.target(), photos.reference(), &options, observer)?;
+        let done = pipeline::stitch(matches.as_deref(), photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &done.geometry, &done.warnings);
         results::add_warped(&result, &done.warped);
         results::add_mosaic(&result, &done.mosaic);
+        set(&result, "crop", &results::crops(&done.crops));
+        if options.output_depth {
+            results::add_depth(&result, &done.depth);
+        }
         let mut times = vec![(Stage::Input, input_time)];
         times.extend(done.times);
+        set(&result, "matches", &results::matches(done.matches.as_deref().or(matches.as_deref()).unwrap_or_default()));
         set(&result, "quality", &results::quality(&done.quality));
         set(&result, "times", &results::times(&times));
+        Ok(result)
+    })
+}
+
+/// Features of one photo.
+#[wasm_bindgen]
+pub fn detect(
+    image: &ImageInput,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<FeaturesObject, JsValue> {
+    observed(on_progress, |observer| {
+        let options = options::from_js(options)?;
+        let image = lone_image("image", image, options.warp.max_bytes)?;
+        let features = features::detect(image.view(), &options.features.detect, observer)?;
+        Ok(results::features(&features))
+    })
+}
+
+/// Matching of features alone.
+#[wasm_bindgen(js_name = match)]
+pub fn match_features(
+    target: &FeaturesObject,
+    reference: &FeaturesObject,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<MatchesObject, JsValue> {
+    observed(on_progress, |observer| {
+        let options = options::from_js(options)?.features.matching;
+        let (target, reference) = (inputs::features("target", target)?, inputs::features("reference", reference)?);
+        let pairs = features::match_features(&target, &reference, &options, observer)?;
+        let result = JsValue::from(Object::new());
+        results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
+        Ok(result)
+    })
+}
+
+/// Features of both photos, and their matches.
+#[wasm_bindgen(js_name = matchImages)]
+pub fn match_images(
+    target: &ImageInput,
+    reference: &ImageInput,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<ImageMatches, JsValue> {
+    observed(on_progress, |observer| {
+        let options = options::from_js(options)?;
+        let max_bytes = options.warp.max_bytes;
+        let found = |name, image, observer: &mut JsObserver| {
+            let image = lone_image(name, image, max_bytes)?;
+            features::detect(image.view(), &options.features.detect, observer)
+        };
+        let target = found("target", target, observer)?;
+        let reference = found("reference", reference, observer)?;
+        let pairs = features::match_features(&target, &reference, &options.features.matching, observer)?;
+        let result = JsValue::from(Object::new());
+        results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
+        set(&result, "target", &results::features(&target));
+        set(&result, "reference", &results::features(&reference));
         Ok(result)
     })
 }
@@ -143,6 +226,30 @@ pub fn estimate(
     })
 }
 
+/// The first half of the whole way.
+#[wasm_bindgen]
+pub fn align(
+    target: &ImageInput,
+    reference: &ImageInput,
+    inputs: &StitchInputs,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<AlignmentObject, JsValue> {
+    observed(on_progress, |observer| {
+        let options = options::from_js(options)?;
+        let photos = Photos::read(target, reference, inputs, options.warp.max_bytes)?;
+        let given = inputs::optional_matches(inputs)?;
+        let aligned = pipeline::align(given.as_deref(), photos.target(), photos.reference(), &options, observer)?;
+        let result = JsValue::from(Object::new());
+        results::add_geometry(&result, &aligned.geometry, &aligned.geometry.warnings);
+        let matches = aligned.matches.as_deref().or(given.as_deref());
+        set(&result, "matches", &results::matches(matches.unwrap_or_default()));
+        results::add_depth(&result, &aligned.depth);
+        set(&result, "trusted", &aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
+        Ok(result)
+    })
+}
+
 /// Rendering alone.
 #[wasm_bindgen]
 pub fn warp(
@@ -167,13 +274,23 @@ pub fn warp(
 
 /// Blending alone.
 #[wasm_bindgen]
-pub fn blend(warped: &WarpedObject, reference: &ImageInput) -> std::result::Result<MosaicObject, JsValue> {
-    observed(&JsValue::UNDEFINED, |observer| {
+pub fn blend(
+    warped: &WarpedObject,
+    reference: &ImageInput,
+    inputs: &BlendInputs,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<MosaicObject, JsValue> {
+    observed(on_progress, |observer| {
         observer.progress(Stage::Blend, 0.0);
+        let options = options::from_js(options)?.blend;
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
+        let trusted = Some(get(inputs, "trusted")).filter(|mask| mask.is_truthy());
+        let trusted = trusted.map(|mask| inputs::mask("trusted", &mask)).transpose()?;
+        let mosaic = mosaic::blend(&warped, reference.view(), trusted.as_ref(), &options, observer)?;
         let result = JsValue::from(Object::new());
-        results::add_mosaic(&result, &mosaic::blend(&warped, reference.view())?);
+        results::add_mosaic(&result, &mosaic);
         Ok(result)
     })
 }
@@ -191,7 +308,7 @@ pub fn fill(
         let options = options::from_js(options)?.fill.unwrap_or_default();
         let mut image = inputs::image("mosaic", mosaic)?;
         let voids = inputs::mask("voidMask", void_mask)?;
-        mosaic::fill(&mut image, &voids, &options, observer)?;
+        mosaic::fill(&mut image, &voids, None, &options, observer)?;
         Ok(results::image(&image))
     })
 }
@@ -214,6 +331,13 @@ fn observed<T: JsCast>(
 ) -> std::result::Result<T, JsValue> {
     let mut observer = JsObserver::new(on_progress);
     f(&mut observer).map(JsCast::unchecked_into).map_err(|error| observer.error(&error))
+}
+
+/// A photo that is looked at alone.
+fn lone_image(name: &'static str, image: &JsValue, max_bytes: u64) -> Result<Image> {
+    let size = size_from_js(name, image)?;
+    check_input_sizes(size, size, max_bytes)?;
+    inputs::image(name, image)
 }
 
 /// Both photos and their depth, owned for the length of a call.

@@ -30,10 +30,52 @@ export interface DepthInput {
   readonly invalid?: number | null | undefined;
 }
 
-export type Stage = "input" | "estimate" | "warp" | "blend" | "fill" | "measure";
+/** An inverse-depth map that came out, of its photo's size: it fits as an input. */
+export interface DepthOutput {
+  data: Float32Array<ArrayBuffer>;
+  width: number;
+  height: number;
+  kind: "inverse";
+}
+
+export type Stage =
+  | "input"
+  | "detect"
+  | "match"
+  | "estimate"
+  | "depth"
+  | "refine"
+  | "warp"
+  | "measure"
+  | "blend"
+  | "fill";
 
 /** Every setting. Each is optional where options are passed; `defaultOptions()` has the defaults. */
 export interface Options {
+  /** Which defaults the other settings have: this package's own, or those of the published method. */
+  mode: "default" | "paper";
+  /** Photos whose longer side has more pixels are matched at this size; 0 matches all at their own. */
+  matchSize: number;
+  /** Most keypoints that are described in a photo. */
+  maxKeypoints: number;
+  /** Least contrast of a keypoint, as a share of the range of brightness (Lowe: 0.04). */
+  contrastThreshold: number;
+  /** Largest ratio of principal curvatures of a keypoint: longer edges are no points. */
+  edgeThreshold: number;
+  /** Whether the contrast asked for drops until there are enough keypoints all over the photo. */
+  adaptiveContrast: boolean;
+  /** Whether photos are doubled before the search, which finds the smallest features. */
+  upsample: boolean;
+  /** Whether descriptors are compared by their square roots (RootSIFT). */
+  rootSift: boolean;
+  /** A match must be closer than this many times the second best. */
+  matchRatio: number;
+  /** Whether both features of a match must be each other's best. */
+  mutual: boolean;
+  /** Whether own matches are searched again along the epipolar lines once the geometry is known. */
+  guidedMatching: boolean;
+  /** Without depth maps: depth from the two photos themselves, or alignment by a homography. */
+  withoutDepth: "two-view" | "homography";
   /** What picks the inliers: the paper's depth-RANSAC, or one of the two it compares with. */
   robustFit: "depth" | "homography" | "multi-homography";
   /** Largest transfer error of an inlier in pixels of the reference, or `"paper"`: 0.1 in normalised coordinates. */
@@ -44,6 +86,17 @@ export interface Options {
   maxTrials: number;
   /** Seed of the sampler, a whole number from 0 to 2³²−1. The same seed gives the same bytes. */
   seed: number;
+  /**
+   * Whether rotation, translation and one focal length are fitted instead of twelve free numbers: where that explains
+   * the matches as well, always, or never.
+   */
+  calibration: "auto" | "always" | "off";
+  /** Focal length of the target in its pixels where it is known, 0 where it is not. */
+  focalLength: number;
+  /** Whether inverse depth is refined along the epipolar lines. */
+  refinement: "epipolar" | "none";
+  /** How far the refinement looks, in pixels both ways; 0 for as far as the matches' residuals suggest. */
+  refinementRange: number;
   /** How the target is rendered: the paper's full way, or one of its ablations. */
   warpMode: "forward" | "backward" | "backward+void" | "optimal";
   /** Columns of grid cells over the target; 0 for one vertex per pixel. */
@@ -58,8 +111,18 @@ export interface Options {
   stretchLimit: number;
   /** How far the canvas may reach beyond each side of the reference, in reference sizes. */
   canvasLimit: number;
-  /** Whether the mosaic's inner voids are filled. */
-  fill: "smooth" | "none";
+  /** How the target's exposure is fitted to the reference's: by a smooth field of gains, by one gain, or not at all. */
+  exposure: "field" | "gain" | "none";
+  /** Whether a seam decides which photo shows where both do. */
+  seam: "cut" | "none";
+  /** How the photos are blended. */
+  blending: "multiband" | "feather" | "average";
+  /** Pixels from one end of a feathered ramp to the other. */
+  feather: number;
+  /** Bands of the multiband blending; 0 for as many as the photos' size asks for. */
+  bands: number;
+  /** How the mosaic's inner voids are filled: from similar places farther back, smoothly from their borders, or not. */
+  fill: "exemplar" | "smooth" | "none";
   /** Radius in pixels of the neighbourhood that a filled pixel is drawn from. */
   fillRadius: number;
   /** Most bytes the core may take; a larger job is refused before anything is allocated. */
@@ -71,7 +134,7 @@ export interface Size {
   readonly height: number;
 }
 
-/** Depth maps of the two photos: both, or neither. */
+/** Depth maps of the two photos. Where one is missing it is derived from the other, where both are, from the photos. */
 export interface Depths {
   readonly targetDepth?: DepthInput | undefined;
   readonly referenceDepth?: DepthInput | undefined;
@@ -79,8 +142,36 @@ export interface Depths {
 
 /** What `stitch` takes besides the photos. */
 export interface StitchInputs extends Depths {
-  /** xt, yt, xr, yr of every match, in pixels. */
+  /** xt, yt, xr, yr of every match, in pixels. Without them, SIFT features are detected and matched. */
   readonly matches?: Float32Array | undefined;
+  /** Whether the result is to have the inverse depth that the photos were warped with (default `false`). */
+  readonly outputDepth?: boolean | undefined;
+}
+
+/** The features of a photo, strongest first. */
+export interface Features {
+  /** Five numbers each: x, y and scale (σ) in pixels, angle in radians, response. */
+  keypoints: Float32Array<ArrayBuffer>;
+  /** 128 bytes each. */
+  descriptors: Uint8Array<ArrayBuffer>;
+  /** Width of the photo. */
+  width: number;
+  /** Height of the photo. */
+  height: number;
+}
+
+/** Which features of two photos show the same thing. */
+export interface Matches {
+  /** xt, yt, xr, yr of every match, in pixels: what `stitch` and `estimate` take. */
+  matches: Float32Array<ArrayBuffer>;
+  /** The places of every match's two features in their lists: target, reference. */
+  pairs: Uint32Array<ArrayBuffer>;
+}
+
+/** The features of both photos, and their matches. */
+export interface ImageMatches extends Matches {
+  target: Features;
+  reference: Features;
 }
 
 /** What `estimate` takes. */
@@ -121,8 +212,13 @@ export interface Geometry extends Models {
 }
 
 export interface FitReport {
-  /** Whether parallax is part of the models. */
-  model: "depth" | "homography";
+  /**
+   * What was fitted: H∞ and e' freely (`depth`), from rotation, translation and focal length (`calibrated`), with depth
+   * from the matches alone (`two-view`), or without parallax (`homography`).
+   */
+  model: "depth" | "calibrated" | "two-view" | "homography";
+  /** Focal length in pixels of the target, where one was fitted or given. */
+  focalLength: number | null;
   /** Matches passed. */
   matches: number;
   /** Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped. */
@@ -153,6 +249,10 @@ export interface Mosaic {
   mosaic: ImageOutput;
   /** Pixels inside the target's footprint that neither photo covers. */
   voidMask: Mask;
+  /** Which photo shows: 0 none, 1 the target, 2 the reference, 3 both alike. */
+  seam: Mask;
+  /** What the target's red, green and blue were multiplied by in linear light, on average over the overlap. */
+  gains: [number, number, number];
 }
 
 /** Agreement over the overlap. Quote PSNR only together with coverage. */
@@ -167,8 +267,35 @@ export interface Quality {
   coverage: number;
 }
 
+/** A rectangle of whole pixels. */
+export interface Rect {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+/** The first half of the whole way: what `warp` needs besides the photos. */
+export interface Alignment extends Geometry {
+  /** xt, yt, xr, yr of every match, passed or found. */
+  matches: Float32Array<ArrayBuffer>;
+  /** The inverse depth that goes with the models, where there is any. */
+  targetDepth?: DepthOutput;
+  referenceDepth?: DepthOutput;
+  /** Reference pixels whose depth the refinement is sure of; null without refinement. */
+  trusted: Mask | null;
+}
+
 export interface StitchResult extends Warped, Mosaic, Geometry {
+  /** Of the mosaic, the largest rectangle without a transparent pixel, and the smallest one with everything. */
+  crop: { inner: Rect | null; bounds: Rect | null };
+  /** xt, yt, xr, yr of every match, passed or found; `inliers` has a flag for each. */
+  matches: Float32Array<ArrayBuffer>;
+  /** With `outputDepth`: the inverse depth that the target was warped with, where there is any. */
+  targetDepth?: DepthOutput;
+  /** With `outputDepth`: that of the reference. */
+  referenceDepth?: DepthOutput;
   quality: Quality;
-  /** Milliseconds per stage. */
-  times: Record<Stage, number>;
+  /** Milliseconds of every stage that was gone through. */
+  times: Partial<Record<Stage, number>>;
 }

@@ -41,7 +41,7 @@ fn main() {
         .collect();
 
     let done = stitch(
-        &matches,
+        Some(&matches),
         View { image: target.view(), depth: Some(&target_depth) },
         View { image: reference.view(), depth: Some(&reference_depth) },
         &Options::default(),

@@ -97,7 +97,7 @@ test("a pair with depth becomes a mosaic, its parts and a report", async () => {
 
   assert.deepEqual(report.options, { ...(await defaultOptions()), seed: 7 });
   assert.equal(report.version, await version());
-  assert.equal(report.fit.model, "depth");
+  assert.match(report.fit.model, /^(depth|calibrated)$/);
   assert.equal(report.fit.matches, matchCount);
   assert.equal(report.inliers.length, matchCount);
   const inliers = report.inliers.filter((/** @type {number} */ flag) => flag === 1).length;
@@ -112,15 +112,16 @@ test("a case folder says it all; the default output is mosaic.png", async () => 
   assert.equal(result.code, 0, result.stderr);
   assert.deepEqual(result.files, ["mosaic.png", "r.json"]);
   const report = JSON.parse(await readFile(join(work, "r.json"), "utf8"));
-  assert.equal(report.fit.model, "depth");
+  assert.match(report.fit.model, /^(depth|calibrated)$/);
   assert.equal(report.depth.scale, 0.5);
 });
 
 test("a pair without depth is stitched with a warning; --quiet silences it", async () => {
-  const loud = await run(pair());
+  const flat = [...pair(), "--without-depth", "homography"];
+  const loud = await run(flat);
   assert.equal(loud.code, 0, loud.stderr);
   assert.match(loud.stderr, /^depthstitch: warning: no-depth: /m);
-  const quiet = await run([...pair(), "--quiet"]);
+  const quiet = await run([...flat, "--quiet"]);
   assert.deepEqual([quiet.code, quiet.stdout, quiet.stderr], [0, "", ""]);
 });
 
@@ -172,7 +173,8 @@ test("every option of the core has a flag, and --help shows it with its default"
     const flag = stdout.indexOf(`--${flagName(name)} `);
     assert.ok(flag >= 0, name);
     const entry = stdout.slice(flag).replaceAll(/\s+/g, " ");
-    assert.equal(/\[([^\]]*)\]/.exec(entry)?.[1], String(value), name);
+    const text = typeof value === "boolean" ? (value ? "on" : "off") : String(value);
+    assert.equal(/\[([^\]]*)\]/.exec(entry)?.[1], text, name);
   }
   for (const exit of ["0", "1", "2", "130"]) assert.match(stdout, new RegExp(`\\b${exit} `));
 });
@@ -187,8 +189,7 @@ test("a wrong command line exits with 2", async () => {
     { args: ["--nonsense"], line: /usage: .*--nonsense/ },
     { args: [], line: /TARGET and REFERENCE/ },
     { args: [input("target.png")], line: /TARGET and REFERENCE/ },
-    { args: pair().slice(0, 2), line: /--matches/ },
-    { args: [...pair(), ...depths().slice(0, 2)], line: /go together/ },
+    { args: [...pair(), "--own-matches"], line: /exclude each other/ },
     { args: [...pair(), "--invalid", "0"], line: /--invalid needs/ },
     { args: [...pair(), "--seed", "many"], line: /--seed must be a number, got "many"/ },
     { args: [...pair(), "--warp-mode", "sideways"], line: /--warp-mode must be one of forward/ },
@@ -250,6 +251,22 @@ test("an output that exists survives a failure and is replaced, through a link, 
   const done = await run([...pair(), ...depths(), "-o", link]);
   assert.equal(done.code, 0, done.stderr);
   assert.ok((await decodeImage(await readFile(precious))).width >= WIDTH);
+});
+
+test("without a matches file the photos are matched", async () => {
+  const photos = pair().slice(0, 2);
+  const { code, stderr, files } = await run([...photos, ...depths(), "--report", "r.json"]);
+  assert.equal(code, 0, stderr);
+  const report = JSON.parse(await readFile(join(work, "r.json"), "utf8"));
+  assert.equal(report.matches, null);
+  assert.ok(report.fit.inliers > 30, `${report.fit.inliers} inliers`);
+  assert.equal(report.inliers.length, report.fit.matches);
+  assert.deepEqual(files, ["mosaic.png", "r.json"]);
+
+  const anew = ["--case", join(folder, "case"), "--own-matches", "--report", "r.json"];
+  assert.equal((await run(anew)).code, 0);
+  const again = JSON.parse(await readFile(join(work, "r.json"), "utf8"));
+  assert.deepEqual(again.fit.matches, report.fit.matches);
 });
 
 test("Ctrl-C stops with 130 and leaves nothing behind", async () => {

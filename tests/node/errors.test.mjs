@@ -28,7 +28,7 @@ test("a StitchError is an Error with code, stage and details", async () => {
 test("wrong types", async () => {
   const wrong = [
     [{ matches: [1, 2, 3, 4] }, /matches must be a Float32Array, got Array/],
-    [{ matches: undefined }, /matches/],
+    [{ matches: null }, /matches/],
     [{ targetDepth: { ...inputs.targetDepth, kind: "disparity" } }, /kind/],
     [{ targetDepth: { ...inputs.targetDepth, data: [1] } }, /targetDepth.data/],
     [{ targetDepth: null }, /targetDepth/],

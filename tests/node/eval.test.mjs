@@ -35,6 +35,14 @@ before(async () => {
 });
 after(() => rm(folder, { recursive: true, force: true }));
 
+/** The error of a map that takes the depth of the case. @type {(
+ *   fitted: import("depthstitch").Model,
+ *   truth: import("../../dist/cases/case.js").Truth,
+ *   depth: import("depthstitch").DepthInput,
+ *   size: import("depthstitch").Size,
+ * ) => import("../../dist/eval/truth.js").TruthError} */
+const mapError = (fitted, truth, depth, size) => truthError(fitted, depth, truth, depth, size);
+
 /** @param {string[]} args */
 function run(...args) {
   const { status, stdout, stderr } = spawnSync(process.execPath, [MAIN, ...args], {
@@ -75,7 +83,8 @@ test("one row per case and mode, failures included, and means of what worked", a
   assert.ok((row("made-good", "baseline").error_inside?.[1] ?? NaN) > 3);
   assert.ok((good.inliers ?? 0) > 30 && (good.inliers ?? 0) <= (good.matches ?? 0));
   assert.ok((good.ms.warp ?? 0) > 0);
-  assert.ok(row("flat", "default").warnings.includes("no-depth"));
+  assert.ok(row("flat", "baseline").warnings.includes("no-depth"));
+  assert.ok(!row("flat", "default").warnings.includes("no-depth"));
   assert.equal(row("flat", "default").error_inside, null);
 
   const pictures = modes.flatMap((mode) =>
@@ -112,9 +121,8 @@ test("every mode runs", () => {
 
 test("what does not exist (yet) is refused with exit code 2", () => {
   const refused = [
-    { args: ["--mode", "two-view"], line: /two-view belongs to a later version/ },
     { args: ["--mode", "best"], line: /--mode must be of baseline/ },
-    { args: ["--matches", "own"], line: /no matcher of its own yet/ },
+    { args: ["--matches", "mine"], line: /--matches must be supplied or own/ },
     { args: ["--set", "nothing=1"], line: /--set needs OPTION=VALUE/ },
     { args: ["--set", "seed"], line: /--set needs OPTION=VALUE/ },
     { args: ["--seed", "x"], line: /--seed must be a number/ },
@@ -172,19 +180,19 @@ test("truth error: distance between both maps, inside and outside the reference"
   const depth = depthMap(40, 40, () => 2);
   const fitted = { h: IDENTITY, e: new Float64Array([10.5, 0, 0]) };
   const size = { width: 40, height: 40 };
-  assert.deepEqual(truthError(fitted, truth(10), depth, size), { inside: [1, 1], outside: [1, 1] });
+  assert.deepEqual(mapError(fitted, truth(10), depth, size), { inside: [1, 1], outside: [1, 1] });
 
   // Metric depth ½ is the same inverse depth; the sign of a model means nothing.
   const metric = { ...depthMap(40, 40, () => 0.5), kind: /** @type {const} */ ("metric") };
   const negated = { ...truth(10), h: [...IDENTITY].map((v) => -v), e: [-10, 0, 0] };
-  assert.deepEqual(truthError(fitted, negated, metric, size), { inside: [1, 1], outside: [1, 1] });
+  assert.deepEqual(mapError(fitted, negated, metric, size), { inside: [1, 1], outside: [1, 1] });
 });
 
 test("truth error: median and 90th percentile where the error varies", () => {
   // No true motion; the fitted map shifts by d, and d is the column: grid columns 0, 4, …, 36 shift by 1, 5, …, 37.
   const depth = depthMap(40, 40, (x) => x + 1);
   const fitted = { h: IDENTITY, e: new Float64Array([1, 0, 0]) };
-  const { inside, outside } = truthError(fitted, truth(0), depth, { width: 40, height: 40 });
+  const { inside, outside } = mapError(fitted, truth(0), depth, { width: 40, height: 40 });
   // Ten errors of each of 1, 5, …, 37: np.median 19, np.percentile 90 at rank 89.1, between 33 and 37.
   assert.ok(inside);
   assert.equal(inside[0], 19);
@@ -197,7 +205,7 @@ test("truth error: few points, holes, far points and other true depth", () => {
   const size = { width: 1000, height: 1000 };
   // A 20×16 target has 5×4 = 20 grid points: too few; one more row is enough.
   assert.equal(
-    truthError(
+    mapError(
       fitted,
       truth(0),
       depthMap(20, 16, () => 1),
@@ -206,7 +214,7 @@ test("truth error: few points, holes, far points and other true depth", () => {
     null,
   );
   assert.deepEqual(
-    truthError(
+    mapError(
       fitted,
       truth(0),
       depthMap(20, 17, () => 1),
@@ -216,11 +224,11 @@ test("truth error: few points, holes, far points and other true depth", () => {
   );
   // Holes and depth that is not positive are left out.
   const holes = depthMap(40, 40, (x) => (x < 20 ? NaN : x < 36 ? 1 : 0));
-  assert.equal(truthError(fitted, truth(0), holes, size).inside?.length, 2);
+  assert.equal(mapError(fitted, truth(0), holes, size).inside?.length, 2);
   const mostlyHoles = depthMap(40, 40, (x) => (x < 32 ? NaN : 0));
-  assert.equal(truthError(fitted, truth(0), mostlyHoles, size).inside, null);
+  assert.equal(mapError(fitted, truth(0), mostlyHoles, size).inside, null);
   // Farther than 3000 px: neither inside nor outside.
-  const far = truthError(
+  const far = mapError(
     fitted,
     truth(3100),
     depthMap(40, 40, () => 1),
@@ -233,7 +241,7 @@ test("truth error: few points, holes, far points and other true depth", () => {
   const shifted = { h: IDENTITY, e: new Float64Array([1, 4, 0]) };
   const expected = Math.hypot(1 - 3, 4);
   assert.deepEqual(
-    truthError(
+    mapError(
       shifted,
       other,
       depthMap(40, 40, () => 1),
@@ -241,6 +249,11 @@ test("truth error: few points, holes, far points and other true depth", () => {
     ).inside,
     [expected, expected],
   );
+  // The fitted map takes the depth it was warped with, here 2.
+  const used = depthMap(40, 40, () => 2);
+  const given = depthMap(40, 40, () => 1);
+  const along = { h: IDENTITY, e: new Float64Array([1, 0, 0]) };
+  assert.deepEqual(truthError(along, used, truth(1), given, size).inside, [1, 1]);
 });
 
 test("floors: what falls short is named, tolerance included", async () => {
@@ -394,10 +407,16 @@ test("case.json: every wrong key is named", () => {
     reference: "b.png",
   });
   assert.equal(parse({ depth: null }).depth, null);
+  assert.equal(parse({ reference_depth: undefined }).depth?.reference, null);
+  assert.equal(parse({ matches: undefined }).matches, null);
   assert.equal(parse({ truth: good.truth_map }).truth?.ownDepth, false);
   const refused = [
     { change: { target: 5 }, reason: /"target" must be a file name/ },
-    { change: { target_depth: undefined }, reason: /"target_depth" must be a file name/ },
+    { change: { target_depth: 7 }, reason: /"target_depth" must be a file name/ },
+    {
+      change: { target_depth: undefined, reference_depth: null },
+      reason: /"depth" needs "target_depth" or "reference_depth"/,
+    },
     { change: { depth: [] }, reason: /"depth" must be an object/ },
     { change: { depth: { kind: "far", scale: 1 } }, reason: /"depth.kind"/ },
     { change: { depth: { kind: "metric", scale: 0 } }, reason: /"depth.scale"/ },

@@ -329,7 +329,8 @@ test("depth maps that say nothing leave a homography with a warning", async () =
     [inputs.targetDepth, undefined, "no-depth"],
     [undefined, inputs.referenceDepth, "no-depth"],
   ])) {
-    const options = any({ ...inputs, targetDepth, referenceDepth });
+    const withoutDepth = code === "no-depth" ? "homography" : "two-view";
+    const options = any({ ...inputs, targetDepth, referenceDepth, withoutDepth });
     const { report } = await stitch(target, reference, options);
     assert.equal(report.model, "homography", code);
     assert.ok(

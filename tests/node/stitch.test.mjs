@@ -2,7 +2,18 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { test } from "node:test";
-import { blend, defaultOptions, estimate, fill, measure, stitch, version, warp } from "depthstitch";
+import {
+  align,
+  blend,
+  crop,
+  defaultOptions,
+  estimate,
+  fill,
+  measure,
+  stitch,
+  version,
+  warp,
+} from "depthstitch";
 import { sample } from "./sample.mjs";
 
 test("stitch returns everything that is promised, in sizes that fit", async () => {
@@ -13,6 +24,10 @@ test("stitch returns everything that is promised, in sizes that fit", async () =
   assert.ok(width >= reference.width && height >= reference.height);
   assert.ok(result.warped.data instanceof Uint8ClampedArray);
   assert.equal(result.warped.data.length, 4 * pixels);
+  const { inner, bounds } = result.crop;
+  assert.ok(inner && bounds && inner.width <= bounds.width && bounds.width <= width);
+  assert.ok(result.seam.data.every((value) => value <= 3));
+  assert.ok(result.gains.every((gain) => gain > 0.5 && gain < 2));
   for (const mask of [result.footprint, result.voidMask]) {
     assert.ok(mask.data instanceof Uint8Array);
     assert.deepEqual([mask.width, mask.height, mask.data.length], [width, height, pixels]);
@@ -28,13 +43,14 @@ test("stitch returns everything that is promised, in sizes that fit", async () =
     result.inliers.reduce((sum, inlier) => sum + inlier, 0),
     result.report.inliers,
   );
-  assert.equal(result.report.model, "depth");
+  assert.match(result.report.model, /^(depth|calibrated)$/);
   assert.deepEqual(Object.keys(result.times).sort(), [
     "blend",
     "estimate",
     "fill",
     "input",
     "measure",
+    "refine",
     "warp",
   ]);
   assert.ok(Object.values(result.times).every((ms) => ms >= 0));
@@ -45,8 +61,13 @@ test("the photos agree where the sample's geometry says they should", async () =
   const { quality, mosaic, offset } = await stitch(target, reference, inputs);
   assert.ok(quality.coverage > 0.4 && quality.coverage <= 1, `coverage ${quality.coverage}`);
   assert.ok(quality.ssimMask > 0.7, `SSIM ${quality.ssimMask}`);
-  const flat = await stitch(target, reference, { matches: inputs.matches });
+  const { matches } = inputs;
+  const flat = await stitch(target, reference, { matches, withoutDepth: "homography" });
   assert.equal(flat.report.model, "homography");
+  const own = await stitch(target, reference, { matches, outputDepth: true });
+  assert.equal(own.report.model, "two-view");
+  assert.ok(own.quality.ssimMask > flat.quality.ssimMask + 0.05, `${own.quality.ssimMask}`);
+  assert.equal(own.targetDepth?.data.length, target.width * target.height);
   assert.ok(
     quality.ssimMask > flat.quality.ssimMask + 0.1,
     `SSIM ${flat.quality.ssimMask} without depth`,
@@ -70,19 +91,48 @@ test("the same input gives the same bytes, in a worker and without", async () =>
   assert.deepEqual(here, first);
 });
 
-test("stages called one by one give the bytes of stitch", async () => {
+test("the halves give the bytes of stitch", async () => {
   const { target, reference, inputs } = await sample();
-  const whole = await stitch(target, reference, inputs);
-  const { width, height } = target;
-  const geometry = await estimate({
-    targetSize: { width, height },
-    referenceSize: { width: reference.width, height: reference.height },
-    ...inputs,
-  });
-  const { targetDepth, referenceDepth } = inputs;
+  const whole = await stitch(target, reference, { ...inputs, fill: "none" });
+  const { targetDepth, referenceDepth, trusted, ...geometry } = await align(
+    target,
+    reference,
+    inputs,
+  );
   const warped = await warp(target, reference, geometry, { targetDepth, referenceDepth });
-  const { mosaic, voidMask } = await blend(warped, reference);
-  const filled = await fill(mosaic, voidMask);
+  const { mosaic, seam, gains } = await blend(warped, reference, { trusted });
+  assert.deepEqual(geometry.forward, whole.forward);
+  assert.deepEqual(warped.warped, whole.warped);
+  assert.deepEqual(mosaic, whole.mosaic);
+  assert.deepEqual(seam, whole.seam);
+  assert.deepEqual(gains, whole.gains);
+  const rect = whole.crop.inner;
+  assert.ok(rect);
+  const kept = crop(mosaic, rect);
+  assert.deepEqual([kept.width, kept.height], [rect.width, rect.height]);
+  assert.ok(kept.data.every((value, i) => i % 4 < 3 || value === 255));
+  assert.throws(() => crop(mosaic, { ...rect, width: mosaic.width + 1 }), {
+    code: "invalid-argument",
+  });
+});
+
+test("stages called one by one give the bytes of stitch in the published mode", async () => {
+  const { target, reference, inputs } = await sample();
+  const mode = "paper";
+  const whole = await stitch(target, reference, { ...inputs, mode });
+  const { width, height } = target;
+  const geometry = await estimate(
+    {
+      targetSize: { width, height },
+      referenceSize: { width: reference.width, height: reference.height },
+      ...inputs,
+    },
+    { mode },
+  );
+  const { targetDepth, referenceDepth } = inputs;
+  const warped = await warp(target, reference, geometry, { targetDepth, referenceDepth, mode });
+  const { mosaic, voidMask } = await blend(warped, reference, { mode });
+  const filled = await fill(mosaic, voidMask, { mode });
   const quality = await measure(warped, reference);
 
   assert.deepEqual(geometry.forward, whole.forward);

@@ -1,7 +1,16 @@
 // The package as its users get it: packed, installed into an empty project, and used from there.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { cpSync, existsSync, rmSync, writeFileSync } from "node:fs";
+import {
+  cpSync,
+  existsSync,
+  mkdtempSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { before, test } from "node:test";
 import { build, createServer, preview } from "vite";
@@ -48,6 +57,8 @@ test("the package holds what is needed and nothing else", () => {
   for (const file of [
     "index.js",
     "codecs.js",
+    "depth/index.js",
+    "inpaint/index.js",
     "worker/browser.js",
     "worker/node.js",
     "cli/main.js",
@@ -72,6 +83,27 @@ test("the wasm files can be named", () => {
       console.log(WebAssembly.validate(readFileSync(fileURLToPath(url))));
     }`;
   assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\n");
+});
+
+test("without the packages of the networks, those who ask for one are told which", (t) => {
+  // Elsewhere, as Node would find this repository's own packages from here.
+  const alone = mkdtempSync(join(tmpdir(), "depthstitch-alone-"));
+  t.after(() => rmSync(alone, { recursive: true }));
+  cpSync(join(consumer, "node_modules"), join(alone, "node_modules"), { recursive: true });
+  const program = `
+    import { loadDepthModel, loadOnnxDepth } from "depthstitch/depth";
+    import { loadInpainter } from "depthstitch/inpaint";
+    const weights = new Uint8Array(8);
+    for (const load of [loadDepthModel, loadOnnxDepth, loadInpainter]) {
+      const options = load === loadDepthModel ? {} : { weights };
+      const { code, message } = await load(options).catch((error) => error);
+      console.log(code, /npm install [^ :]+/.exec(message)?.[0]);
+    }`;
+  const [transformers, onnx] = ["@huggingface/transformers", "onnxruntime-web"].map(
+    (name) => `model-load-failed npm install ${name}\n`,
+  );
+  const told = run(process.execPath, ["--input-type=module", "-e", program], alone);
+  assert.equal(told, `${transformers}${onnx}${onnx}`);
 });
 
 test("the command line starts", () => {
@@ -120,6 +152,14 @@ async function inChromium(url) {
   }
 }
 
+/** Fails if a build has anything of the networks' adapters, which nobody imported. @param {string} folder */
+function assertNoNetworks(folder) {
+  for (const file of readdirSync(folder).filter((name) => name.endsWith(".js"))) {
+    const script = readFileSync(join(folder, file), "utf8");
+    assert.doesNotMatch(script, /onnx|transformers|model-load-failed/, file);
+  }
+}
+
 test("a Vite build stitches in a Web Worker, to the bytes of Node", async () => {
   const config = {
     root: web,
@@ -127,6 +167,7 @@ test("a Vite build stitches in a Web Worker, to the bytes of Node", async () => 
     logLevel: /** @type {const} */ ("warn"),
   };
   await build({ ...config, build: { target: "es2022" } });
+  assertNoNetworks(join(web, "dist", "assets"));
   const server = await preview({ ...config, preview: { port: 0 } });
   try {
     const result = await inChromium(server.resolvedUrls?.local[0]);
@@ -152,6 +193,7 @@ test("so does a webpack build", async () => {
     ),
   );
   assert.ok(stats && !stats.hasErrors() && !stats.hasWarnings(), stats?.toString());
+  assertNoNetworks(out);
   cpSync(join(web, "public"), out, { recursive: true });
   const page = '<!doctype html><title>consumer</title><script src="main.js"></script>';
   writeFileSync(join(out, "index.html"), page);

@@ -112,7 +112,8 @@ impl Scene {
         self.trace(&ray, 1.0 - 1e-6).is_none()
     }
 
-    fn view(&self, camera: Camera, width: usize, height: usize, coloured: bool) -> View {
+    /// What a camera sees; without colour only the depth is worked out.
+    pub fn view(&self, camera: Camera, width: usize, height: usize, coloured: bool) -> View {
         let mut rgba = vec![255; 4 * width * height];
         let mut depth = vec![0.0; width * height];
         let rows = |first: usize, rgba: &mut [u8], depth: &mut [f64]| {
@@ -136,7 +137,8 @@ impl Scene {
         View { camera, rgba, depth, width, height }
     }
 
-    fn pixel(&self, camera: &Camera, x: f64, y: f64) -> [u8; 3] {
+    /// Colour of the pixel at (x, y), which may lie outside the camera's picture.
+    pub fn pixel(&self, camera: &Camera, x: f64, y: f64) -> [u8; 3] {
         let mut sum = V::zeros();
         for i in 0..SAMPLES * SAMPLES {
             let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;

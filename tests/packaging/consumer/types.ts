@@ -1,35 +1,48 @@
 // Uses every export, so that a type checker sees every declaration that is published.
 import * as depthstitch from "depthstitch";
 import {
+  align,
   blend,
+  crop,
   defaultOptions,
+  detect,
   estimate,
   fill,
   init,
+  match,
+  matchImages,
   measure,
   stitch,
   StitchError,
   version,
   warp,
+  type Alignment,
+  type BlendOptions,
   type CallOptions,
   type DepthInput,
+  type DepthOutput,
   type Depths,
   type ErrorCode,
   type ErrorStage,
   type EstimateInputs,
   type EstimateOptions,
+  type Features,
   type FillOptions,
   type FitReport,
   type Geometry,
   type ImageInput,
+  type ImageMatches,
   type ImageOutput,
   type Mask,
+  type Matches,
+  type MatchOptions,
   type Model,
   type Models,
   type Mosaic,
   type Options,
   type Progress,
   type Quality,
+  type Rect,
   type Remark,
   type Settings,
   type Size,
@@ -42,6 +55,8 @@ import {
   type WasmSource,
 } from "depthstitch";
 import * as codecs from "depthstitch/codecs";
+import * as depthModels from "depthstitch/depth";
+import * as inpainting from "depthstitch/inpaint";
 
 const image: ImageInput = { data: new Uint8ClampedArray(16), width: 2, height: 2 };
 const depth: DepthInput = { data: new Float32Array(4), width: 2, height: 2, kind: "metric" };
@@ -59,6 +74,11 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const options: StitchOptions = { ...settings, ...inputs, ...call };
   const result: StitchResult = await stitch(image, image, options);
 
+  const matching: MatchOptions = { ...call, maxKeypoints: 1000, upsample: false };
+  const features: Features = await detect(image, matching);
+  const pairs: Matches = await match(features, features, matching);
+  const both: ImageMatches = await matchImages(image, image, matching);
+
   const sizes: EstimateInputs = { targetSize: size, referenceSize: size, matches, ...depths };
   const fit: EstimateOptions = { ...settings, threshold: "paper" };
   const geometry: Geometry = await estimate(sizes, fit);
@@ -66,14 +86,19 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const model: Model = forward ?? reverse;
   const report: FitReport = geometry.report;
   const remarks: Remark[] = report.warnings;
+  const aligned: Alignment = await align(image, image, options);
+  const map: DepthOutput | undefined = aligned.targetDepth;
+  const blending: BlendOptions = { ...call, trusted: aligned.trusted, seam: "cut" };
+  const rect: Rect | null = result.crop.inner;
+  if (rect) crop(result.mosaic, rect);
   const rendering: WarpOptions = { ...depths, warpMode: "backward+void" };
   const warped: Warped = await warp(image, image, geometry, rendering);
-  const { mosaic, voidMask }: Mosaic = await blend(warped, image, call);
+  const { mosaic, voidMask }: Mosaic = await blend(warped, image, blending);
   const filling: FillOptions = { fillRadius: 3 };
   const filled: ImageOutput = await fill(mosaic, voidMask satisfies Mask, filling);
   const quality: Quality = await measure(result, image);
   const text: string = await version();
-  void [model, remarks, filled, quality, text];
+  void [map, pairs, both, model, remarks, filled, quality, text];
 }
 
 export function whatWentWrong(error: unknown): [ErrorCode, ErrorStage, number | undefined] | null {
@@ -93,14 +118,48 @@ export async function everyCodec(file: Uint8Array): Promise<codecs.DepthMap> {
   return { ...(await codecs.decodeDepth(file)) };
 }
 
+export async function everyNetwork(signal: AbortSignal, weights: depthModels.Weights) {
+  const heard = ({ stage, fraction }: depthModels.ModelProgress) => void [stage, fraction];
+  const call: depthModels.ModelCallOptions = { signal, onProgress: heard };
+  const wasmPaths: depthModels.WasmPaths = "/ort/";
+  const runtime: depthModels.RuntimeOptions = { wasmPaths, threads: 1 };
+  const model: depthModels.DepthModel = { id: "a/b", output: "metric" };
+  const anything: depthModels.DepthModelOptions = { ...call, ...runtime, model, device: "auto" };
+  const estimator: depthModels.DepthEstimator = await depthModels.loadDepthModel(anything);
+  const targetDepth: depthModels.EstimatedDepth = await estimator.estimate(image, call);
+  const onnx: depthModels.OnnxDepthOptions = { weights, inputSize: size, mean: [0, 0, 0] };
+  const referenceDepth = await (await depthModels.loadOnnxDepth(onnx)).estimate(image);
+  const output: depthModels.DepthOutput = "inverse";
+  await depthModels.estimateDepth(image, { model: { id: "a/b", output } });
+  const { mosaic, voidMask } = await stitch(image, image, { targetDepth, referenceDepth });
+
+  const network: inpainting.InpaintNetwork = {
+    input: "uint8",
+    mask: "known",
+    white: 255,
+    side: 512,
+    grow: 5,
+  };
+  const options: inpainting.InpainterOptions = { ...runtime, model: network, weights };
+  const inpainter: inpainting.Inpainter = await inpainting.loadInpainter(options);
+  const filled: ImageOutput = await inpainter.inpaint(mosaic, voidMask, call);
+  await Promise.all([estimator.dispose(), inpainter.dispose()]);
+  return filled;
+}
+
 // Nothing may be left out above.
 type Used =
   | "StitchError"
+  | "align"
   | "blend"
+  | "crop"
   | "defaultOptions"
+  | "detect"
   | "estimate"
   | "fill"
   | "init"
+  | "match"
+  | "matchImages"
   | "measure"
   | "stitch"
   | "version"
@@ -114,9 +173,13 @@ type UsedCodecs =
   | "encodeJpeg"
   | "encodePng"
   | "init";
+type UsedDepth = "StitchError" | "estimateDepth" | "loadDepthModel" | "loadOnnxDepth";
+type UsedInpaint = "StitchError" | "loadInpainter";
 type Nothing<T extends never> = T;
 export type Missing = Nothing<Exclude<keyof typeof depthstitch, Used>>;
 export type MissingCodecs = Nothing<Exclude<keyof typeof codecs, UsedCodecs>>;
+export type MissingDepth = Nothing<Exclude<keyof typeof depthModels, UsedDepth>>;
+export type MissingInpaint = Nothing<Exclude<keyof typeof inpainting, UsedInpaint>>;
 // @ts-expect-error the image's width must be a number
 void stitch({ ...image, width: "2" }, image);
 // @ts-expect-error there is no such option
