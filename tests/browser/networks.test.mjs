@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { folder, lamaLike, writeDepthModel } from "../models/networks.mjs";
+import { folder, lamaLike, removeDepthModel, writeDepthModel } from "../models/networks.mjs";
 import { weights } from "../models/weights.mjs";
 import {
   assertSame,
@@ -20,15 +20,20 @@ import {
 /** @typedef {import("./page.mjs").Page} Page */
 
 const host = "https://models.test/";
+/** A small network under the name that the page asks for. */
+const MODEL = "onnx-community/depth-anything-v2-small";
 
 /** @type {Awaited<ReturnType<typeof startSite>>} */
 let site;
 before(async () => {
-  writeDepthModel("onnx-community/depth-anything-v2-small");
+  writeDepthModel(MODEL);
   writeFileSync(join(folder, "lama-like.onnx"), lamaLike(512));
   site = await startSite();
 });
-after(() => site.close());
+after(async () => {
+  removeDepthModel(MODEL);
+  await site.close();
+});
 
 /**
  * Serves target/models as the host of the networks; returns what was asked for.

@@ -1,5 +1,5 @@
 // Small networks with the interfaces of the large ones, whose output is known.
-import { mkdirSync, writeFileSync } from "node:fs";
+import { mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { root } from "../../js/tools/shared.mjs";
 import { onnx } from "./onnx-writer.mjs";
@@ -38,6 +38,11 @@ export function depthOf(rgb, bias) {
     return normal * (WEIGHTS[c] ?? 0);
   });
   return parts.reduce((sum, part) => sum + part, bias);
+}
+
+/** Takes away what {@link writeDepthModel} wrote: another test may look for a model that is not there. @param {string} id */
+export function removeDepthModel(id) {
+  rmSync(join(folder, ...id.split("/")), { recursive: true, force: true });
 }
 
 /** Writes a model in the library's own folder format below `target/models`. @param {string} id */
