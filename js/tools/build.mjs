@@ -23,13 +23,13 @@ const wasmFeatures = [
  * @typedef {object} WasmModule
  * @property {string} name of the output files
  * @property {string[]} cargo which features
- * @property {string[]} opt speed for the core, size for the codecs
+ * @property {string[]} opt wasm-opt's passes; speed was seen to by LLVM
  */
 
 /** @type {WasmModule[]} */
 const modules = [
   // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
-  { name: "depthstitch", cargo: [], opt: ["-O3", "--one-caller-inline-max-function-size=40"] },
+  { name: "depthstitch", cargo: [], opt: ["-Oz", "--one-caller-inline-max-function-size=40"] },
   { name: "codecs", cargo: ["--no-default-features", "--features", "codecs"], opt: ["-Oz"] },
 ];
 
@@ -86,10 +86,11 @@ function unlessFresh(name, inputs, outputs, make) {
 
 /** @param {WasmModule} module */
 function buildWasm({ name, cargo, opt }) {
-  run("cargo", ["build", "--release", "--lib", "--target", "wasm32-unknown-unknown", ...cargo], {
+  const target = "wasm32-unknown-unknown";
+  run("cargo", ["build", "--profile", "wasm", "--lib", "--target", target, ...cargo], {
     env: cargoEnv,
   });
-  const built = join(root, "target", "wasm32-unknown-unknown", "release", "depthstitch.wasm");
+  const built = join(root, "target", target, "wasm", "depthstitch.wasm");
   const final = join(wasmDir, `${name}_bg.wasm`);
   const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];
   const inputs = [
