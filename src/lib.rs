@@ -21,6 +21,7 @@ pub mod mosaic;
 pub mod observer;
 pub mod pipeline;
 pub mod report;
+mod rows;
 pub mod warp;
 
 #[cfg(target_arch = "wasm32")]

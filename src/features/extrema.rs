@@ -2,8 +2,8 @@
 
 use wide::{CmpGe, CmpGt, CmpLe, CmpLt, f32x4};
 
-use super::gaussian::Window;
 use super::scale_space::SCALES;
+use crate::rows::Window;
 
 /// Pixels at the border of an octave where no extremum is looked for.
 const BORDER: usize = 5;

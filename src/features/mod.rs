@@ -7,7 +7,6 @@ mod approximation;
 mod descriptor;
 mod detect;
 mod extrema;
-mod gaussian;
 mod guided;
 mod luma;
 mod matching;

@@ -8,10 +8,10 @@
 use wide::{f32x4, i16x8, i32x4, i32x8};
 
 use super::extrema::{self, Extremum};
-use super::gaussian::{BLOCK, Block, Kernel, Smoother, Window};
 use super::luma::Luma;
 use crate::image::reserve;
 use crate::observer::{Observer, report};
+use crate::rows::{BLOCK, Block, Kernel, Mirror, Smoother, Window};
 use crate::{Result, Stage};
 
 /// Scales per octave.
@@ -187,7 +187,7 @@ impl Builder {
         let first = self.base.sigma().map(Kernel::gaussian);
         let radius = first.as_ref().map_or(0, |k| k.radius);
         let mut source = Window::new(width, 2 * radius + 1 + BATCH)?;
-        let mut smoother = Smoother::new(width, height)?;
+        let mut smoother = Smoother::new(width, height, 1, Mirror::AtPixel)?;
         let mut levels = {
             let plane = |i: usize| Plane::new(width, height, STEPS[i]);
             [plane(0)?, plane(1)?, plane(2)?]
