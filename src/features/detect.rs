@@ -7,7 +7,7 @@ use super::luma::luma;
 use super::orientation::orientations;
 use super::scale_space::{Builder, LEAST_SIDE, Levels, SCALES, SIGMA};
 use super::selection::select;
-use super::sort::sort;
+use super::sort::sorted;
 use super::{DetectOptions, Features, Keypoint};
 use crate::image::reserve;
 use crate::observer::{Observer, report};
@@ -140,15 +140,11 @@ fn describe_all(
 /// Sorts the features and drops repeated ones.
 fn arrange(features: &mut Features) -> Result<()> {
     let Features { keypoints, descriptors, .. } = &*features;
-    let mut order: Vec<u32> = Vec::new();
-    reserve(&mut order, keypoints.len())?;
-    order.extend(0..keypoints.len() as u32);
     let key = |i: u32| {
         let k = &keypoints[i as usize];
         [k.y, k.x, k.scale, k.angle]
     };
-    sort(&mut order, &|a, b| (key(a), a) < (key(b), b));
-    order.dedup_by_key(|i| key(*i));
+    let order = sorted(keypoints.len(), &|a, b| key(a) < key(b))?;
     let (mut sorted_keypoints, mut sorted_descriptors): (Vec<Keypoint>, Vec<[u8; LENGTH]>) = Default::default();
     reserve(&mut sorted_keypoints, order.len())?;
     reserve(&mut sorted_descriptors, order.len())?;

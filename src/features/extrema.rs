@@ -38,6 +38,13 @@ pub(super) struct Extremum {
     pub response: f32,
 }
 
+impl Extremum {
+    /// Octave, level, y, x.
+    pub fn place(&self) -> [u32; 4] {
+        [self.octave.into(), self.level.into(), self.pixel[1], self.pixel[0]]
+    }
+}
+
 /// Goes through an octave's rows as they come.
 pub(super) struct Scanner {
     octave: u8,
@@ -72,6 +79,8 @@ impl Scanner {
         let centre = row(level, y);
         let (above, below) = (row(level, y - 1), row(level, y + 1));
         let [finer, coarser] = [level - 1, level + 1].map(|level| [y - 1, y, y + 1].map(|y| row(level, y)));
+        let before = [above, finer[0], finer[1], finer[2]];
+        let after = [below, coarser[0], coarser[1], coarser[2]];
         for x in (BORDER..self.width - BORDER).step_by(4) {
             let value = load(centre, x);
             let strong = value.abs().cmp_gt(least);
@@ -79,32 +88,19 @@ impl Scanner {
                 continue;
             }
             // Of equal neighbours the last one is the extremum.
-            let before = [load(centre, x - 1), load(above, x)];
-            let after = [load(centre, x + 1), load(below, x)];
-            let mut most = before.iter().fold(strong, |mask, &v| mask & value.cmp_ge(v));
-            let mut least = before.iter().fold(strong, |mask, &v| mask & value.cmp_le(v));
-            for v in after {
-                (most, least) = (most & value.cmp_gt(v), least & value.cmp_lt(v));
-            }
-            if (most | least).none() {
+            let last = |(most, least): (f32x4, f32x4), v| (most & value.cmp_ge(v), least & value.cmp_le(v));
+            let first = |(most, least): (f32x4, f32x4), v| (most & value.cmp_gt(v), least & value.cmp_lt(v));
+            let mut extreme = last(last((strong, strong), load(centre, x - 1)), load(above, x));
+            extreme = first(first(extreme, load(centre, x + 1)), load(below, x));
+            if (extreme.0 | extreme.1).none() {
                 continue;
             }
-            for v in [load(above, x - 1), load(above, x + 1)] {
-                (most, least) = (most & value.cmp_ge(v), least & value.cmp_le(v));
-            }
-            for v in [load(below, x - 1), load(below, x + 1)] {
-                (most, least) = (most & value.cmp_gt(v), least & value.cmp_lt(v));
-            }
-            for row in finer {
-                for v in [load(row, x - 1), load(row, x), load(row, x + 1)] {
-                    (most, least) = (most & value.cmp_ge(v), least & value.cmp_le(v));
+            for i in 0..before.len() {
+                for x in x - 1..x + 2 {
+                    extreme = first(last(extreme, load(before[i], x)), load(after[i], x));
                 }
             }
-            for row in coarser {
-                for v in [load(row, x - 1), load(row, x), load(row, x + 1)] {
-                    (most, least) = (most & value.cmp_gt(v), least & value.cmp_lt(v));
-                }
-            }
+            let (most, least) = extreme;
             // A valley below zero is dark, a hill above zero bright; others are none.
             let zero = f32x4::splat(0.0);
             let lanes = ((most & value.cmp_gt(zero)) | (least & zero.cmp_gt(value))).move_mask();

@@ -1,5 +1,25 @@
 //! The one sort of the features' code.
 
+use crate::Result;
+use crate::image::reserve;
+
+/// The indices 0 to `len` − 1 sorted by a total order; of those that are equal to each other only one is left.
+pub(super) fn sorted(len: usize, less: &dyn Fn(u32, u32) -> bool) -> Result<Vec<u32>> {
+    let mut all = Vec::new();
+    reserve(&mut all, len)?;
+    all.extend(0..len as u32);
+    sort(&mut all, less);
+    let mut kept = 0;
+    for i in 0..len {
+        if kept == 0 || less(all[kept - 1], all[i]) {
+            all[kept] = all[i];
+            kept += 1;
+        }
+    }
+    all.truncate(kept);
+    Ok(all)
+}
+
 /// Heapsort by a total order. The standard library's sorts would each be several kilobytes of wasm.
 #[inline(never)]
 pub(super) fn sort(indices: &mut [u32], less: &dyn Fn(u32, u32) -> bool) {
@@ -41,6 +61,12 @@ mod tests {
             let mut expected: Vec<u32> = (0..n).collect();
             expected.sort_by_key(|&i| (value(i), i));
             assert_eq!(indices, expected);
+            let unique = sorted(n as usize, &|a, b| value(a) < value(b)).unwrap();
+            expected.dedup_by_key(|i| value(*i));
+            assert_eq!(
+                unique.into_iter().map(value).collect::<Vec<_>>(),
+                expected.into_iter().map(value).collect::<Vec<_>>()
+            );
         }
     }
 }
