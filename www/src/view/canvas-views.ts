@@ -155,7 +155,7 @@ export const voidsView: View = {
       caption:
         voids === 0
           ? "Every place inside the first photo's outline was seen by one of the photos: nothing had to be invented."
-          : `${count(voids, "pixel", "pixels")} (${share}) were seen by neither photo. What the picture shows there is invented from what surrounds it.`,
+          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "was" : "were"} seen by neither photo. What the picture shows there is invented from what surrounds it.`,
       controls: voids === 0 ? [] : [legend(["void", "seen by neither photo"])],
     };
   },
