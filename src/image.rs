@@ -152,17 +152,8 @@ impl InverseDepth {
         Ok(Self { data, width: w, height: h })
     }
 
-    /// Wraps values row by row, NaN for holes.
-    ///
-    /// # Errors
-    /// `size-mismatch` for another length.
-    pub(crate) fn from_values(data: Vec<f32>, width: usize, height: usize) -> Result<Self> {
-        check_len("depth", data.len(), width, height, 1)?;
-        Ok(Self { data, width, height })
-    }
-
-    /// Wraps `data`, width·height values.
-    pub(crate) fn of_size(data: Vec<f32>, width: usize, height: usize) -> Self {
+    /// Wraps width·height values, row by row, NaN for holes.
+    pub(crate) fn from_values(data: Vec<f32>, width: usize, height: usize) -> Self {
         Self { data, width, height }
     }
 

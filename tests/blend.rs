@@ -1,167 +1,16 @@
-//! Exposure, seam and blending through the public functions.
+//! Seam and blending of pictures made by formula.
 #![allow(clippy::unwrap_used)]
-
-mod scene;
 
 use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 use depthstitch::observer::Observer;
-use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
+use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, ImageView, Mask, Result, Stage};
-use scene::{Camera, MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
-
-const SIZE: (usize, usize) = (240, 160);
-
-fn linear(level: u8) -> f64 {
-    let v = f64::from(level) / 255.0;
-    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
-}
-
-fn level(light: f64) -> u8 {
-    let v = if light <= 0.0031308 { 12.92 * light } else { 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055 };
-    (255.0 * v.clamp(0.0, 1.0)).round() as u8
-}
-
-/// How a camera takes pictures: light is multiplied, bent, and falls off towards the corners.
-#[derive(Debug, Clone, Copy)]
-struct Taking {
-    gain: [f64; 3],
-    gamma: f64,
-    vignetting: f64,
-}
-
-/// `photo` as another camera would have taken it.
-fn taken(photo: &Image, how: Taking) -> Image {
-    let (w, h) = (photo.width as f64, photo.height as f64);
-    let mut out = photo.clone();
-    for (i, pixel) in out.data.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let (x, y) = ((i % photo.width) as f64 - w / 2.0, (i / photo.width) as f64 - h / 2.0);
-        let falloff = 1.0 - how.vignetting * (x * x + y * y) / (w * w + h * h) * 4.0;
-        for (value, gain) in pixel.iter_mut().zip(how.gain) {
-            *value = level(gain * falloff * libm::pow(linear(*value), how.gamma));
-        }
-    }
-    out
-}
-
-/// A rendered pair, warped by the true geometry.
-struct Staged<'a> {
-    pair: Pair<'a>,
-    photos: Photos,
-}
-
-impl<'a> Staged<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        let pair = scene.render(SIZE.0, SIZE.1);
-        let photos = Photos::of(&pair, &MatchOptions { count: 0, sigma: 0.0, outliers: 0.0, seed: 1 });
-        Self { pair, photos }
-    }
-
-    /// The target, taken as `how` says, in the reference's view.
-    fn warped(&self, how: Option<Taking>) -> Warped {
-        let mut photos = self.photos.clone();
-        if let Some(how) = how {
-            photos.target = taken(&photos.target, how);
-        }
-        let Pair { forward, reverse, .. } = &self.pair;
-        // By the depth alone, so that exposure has no say in what is warped where.
-        let options = WarpOptions { mode: WarpMode::BackwardVoid, ..WarpOptions::default() };
-        warp(photos.target(), photos.reference(), forward, reverse, &options, &mut ()).unwrap()
-    }
-
-    fn blend(&self, warped: &Warped, options: &BlendOptions) -> Mosaic {
-        blend(warped, self.photos.reference.view(), None, options, &mut ()).unwrap()
-    }
-
-    /// What the reference's camera would see on the whole canvas.
-    fn truth(&self, scene: &Scene, warped: &Warped) -> Image {
-        let (left, top) = warped.offset;
-        let mut camera: Camera = self.pair.reference.camera;
-        camera.k[(0, 2)] += left as f64;
-        camera.k[(1, 2)] += top as f64;
-        let (width, height) = (warped.image.width, warped.image.height);
-        Image { data: scene.view(camera, width, height, true).rgba, width, height }
-    }
-}
 
 fn pixels(image: &Image) -> &[[u8; 4]] {
     image.data.as_chunks().0
 }
-
-/// In dB, over the valid pixels of `image`.
-fn psnr(image: &Image, truth: &Image) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (a, b) in pixels(image).iter().zip(pixels(truth)).filter(|(a, _)| a[3] != 0) {
-        sum += (0..3).map(|c| (f64::from(a[c]) - f64::from(b[c])).powi(2)).sum::<f64>();
-        count += 3.0;
-    }
-    10.0 * libm::log10(255.0 * 255.0 * count / sum)
-}
-
-#[test]
-fn a_known_gain_is_found() {
-    let scene = scene::gallery();
-    let staged = Staged::new(&scene);
-    for gain in [[1.0, 1.0, 1.0], [0.8, 0.7, 0.6], [1.3, 1.2, 1.15], [0.5, 0.9, 1.2]] {
-        let warped = staged.warped(Some(Taking { gain, gamma: 1.0, vignetting: 0.0 }));
-        for exposure in [Exposure::Gain, Exposure::Field] {
-            let found = staged.blend(&warped, &BlendOptions { exposure, ..BlendOptions::default() }).gains;
-            println!("gain {gain:?} {exposure:?}: {found:?}");
-            for c in 0..3 {
-                assert!((found[c] * gain[c] - 1.0).abs() < 0.01, "{gain:?} {exposure:?}: {found:?}");
-            }
-        }
-    }
-}
-
-/// The ratio of the sums of light where both are valid and neither is clipped.
-fn true_gains(plain: &Warped, warped: &Warped, reference: &Image) -> [f64; 3] {
-    let usable = |pixel: &[u8; 4]| pixel[3] != 0 && pixel[..3].iter().all(|v| (6..250).contains(v));
-    let (mut before, mut after) = ([0.0; 3], [0.0; 3]);
-    for (i, (a, b)) in pixels(&plain.image).iter().zip(pixels(&warped.image)).enumerate() {
-        let x = (i % plain.image.width).wrapping_sub(plain.offset.0);
-        let y = (i / plain.image.width).wrapping_sub(plain.offset.1);
-        if x < reference.width && y < reference.height && usable(a) && usable(b) {
-            for c in 0..3 {
-                before[c] += linear(b[c]);
-                after[c] += linear(a[c]);
-            }
-        }
-    }
-    [0, 1, 2].map(|c| after[c] / before[c])
-}
-
-#[test]
-fn gain_gamma_and_vignetting_are_undone() {
-    let scene = scene::gallery();
-    let staged = Staged::new(&scene);
-    let plain = staged.warped(None);
-    let truth = staged.truth(&scene, &plain);
-    let alike = psnr(&staged.blend(&plain, &BlendOptions::default()).image, &truth);
-    println!("no difference: {alike:.2} dB");
-    for how in [
-        Taking { gain: [0.55, 0.5, 0.45], gamma: 1.0, vignetting: 0.0 },
-        Taking { gain: [0.6, 0.55, 0.5], gamma: 1.1, vignetting: 0.25 },
-        Taking { gain: [0.45, 0.5, 0.55], gamma: 0.9, vignetting: 0.15 },
-    ] {
-        let warped = staged.warped(Some(how));
-        let average = psnr(&staged.blend(&warped, &BlendOptions::paper()).image, &truth);
-        let expected = true_gains(&plain, &warped, &staged.photos.reference);
-        let mosaic = staged.blend(&warped, &BlendOptions::default());
-        let ours = psnr(&mosaic.image, &truth);
-        println!(
-            "{how:?}: average {average:.2} dB, ours {ours:.2} dB, gains {expected:.3?}, found {:.3?}",
-            mosaic.gains
-        );
-        assert!(ours > average + 6.0, "{how:?}: {ours} dB, average {average} dB");
-        for (found, expected) in mosaic.gains.iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < 0.01, "{how:?}: {found}, not {expected}");
-        }
-    }
-}
-
-// What follows is about pictures made by formula.
 
 fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
     let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();

@@ -3,10 +3,10 @@
 
 mod scene;
 
-use depthstitch::geometry::{EstimateOptions, Match, Model, ModelKind, Threshold};
+use depthstitch::geometry::{EstimateOptions, Match, Model, ModelKind};
 use depthstitch::image::DepthKind;
 use depthstitch::pipeline::{Options, Stitched, stitch};
-use depthstitch::{Image, ImageView, InverseDepth, Result};
+use depthstitch::{Image, InverseDepth};
 use scene::{MatchOptions, Photos, Random, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -355,66 +355,4 @@ fn photos_of_odd_sizes() {
             Refused(&["degenerate-geometry"]),
         ),
     ]);
-}
-
-#[test]
-fn options_out_of_range() {
-    let photos = gallery();
-    type Change = fn(&mut Options);
-    let changes: [(&'static str, Change, &'static str); 21] = [
-        ("threshold 0", |o| o.estimate.threshold = Threshold::Pixels(0.0), "invalid-argument"),
-        ("threshold NaN", |o| o.estimate.threshold = Threshold::Pixels(f64::NAN), "invalid-argument"),
-        ("threshold infinite", |o| o.estimate.threshold = Threshold::Pixels(f64::INFINITY), "invalid-argument"),
-        ("normalised threshold negative", |o| o.estimate.threshold = Threshold::Normalised(-0.1), "invalid-argument"),
-        ("confidence 0", |o| o.estimate.confidence = 0.0, "invalid-argument"),
-        ("confidence 1", |o| o.estimate.confidence = 1.0, "invalid-argument"),
-        ("confidence NaN", |o| o.estimate.confidence = f64::NAN, "invalid-argument"),
-        ("no trials", |o| o.estimate.max_trials = 0, "invalid-argument"),
-        ("void distance 0", |o| o.warp.void_distance = 0.0, "invalid-argument"),
-        ("void distance NaN", |o| o.warp.void_distance = f64::NAN, "invalid-argument"),
-        ("stretch limit negative", |o| o.warp.stretch_limit = -2.0, "invalid-argument"),
-        ("stretch limit infinite", |o| o.warp.stretch_limit = f64::INFINITY, "invalid-argument"),
-        ("canvas limit negative", |o| o.warp.canvas_limit = -0.1, "invalid-argument"),
-        ("canvas limit NaN", |o| o.warp.canvas_limit = f64::NAN, "invalid-argument"),
-        ("canvas limit infinite", |o| o.warp.canvas_limit = f64::INFINITY, "invalid-argument"),
-        ("fill radius 0", |o| o.fill.as_mut().unwrap().radius = 0, "invalid-argument"),
-        ("fill radius 65", |o| o.fill.as_mut().unwrap().radius = 65, "invalid-argument"),
-        ("fill radius huge", |o| o.fill.as_mut().unwrap().radius = u32::MAX, "invalid-argument"),
-        ("no memory", |o| o.warp.max_bytes = 0, "too-large"),
-        ("little memory", |o| o.warp.max_bytes = 100_000, "too-large"),
-        ("a grid of one column", |o| o.warp.grid = (1, 0), ""),
-    ];
-    for (name, change, code) in changes {
-        let mut options = Options::default();
-        change(&mut options);
-        let result = stitch(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ());
-        assert_eq!(result.err().map_or("", |error| error.code()), code, "{name}");
-    }
-}
-
-#[test]
-fn buffers_whose_length_does_not_fit() {
-    fn code<T>(result: Result<T>) -> &'static str {
-        result.err().map_or("", |error| error.code())
-    }
-    let photo = |len: usize, width: usize, height: usize| code(ImageView::new("target", &vec![0; len], width, height));
-    let map = |len: usize, size: (usize, usize)| {
-        code(InverseDepth::new("targetDepth", &vec![1.0; len], size, DepthKind::Metric, None, (3, 2)))
-    };
-    assert_eq!(photo(24, 3, 2), "");
-    for len in [0, 23, 25, 6, 48] {
-        assert_eq!(photo(len, 3, 2), "size-mismatch", "{len}");
-    }
-    assert_eq!(photo(24, usize::MAX, usize::MAX), "size-mismatch");
-    assert_eq!(photo(0, 1 << (usize::BITS / 2), 1 << (usize::BITS / 2)), "size-mismatch");
-    for (width, height) in [(0, 2), (3, 0), (0, 0)] {
-        assert_eq!(photo(0, width, height), "invalid-argument");
-        assert_eq!(map(0, (width, height)), "invalid-argument");
-    }
-    assert_eq!(map(6, (3, 2)), "");
-    assert_eq!(map(1, (1, 1)), "");
-    for len in [0, 5, 7, 24] {
-        assert_eq!(map(len, (3, 2)), "size-mismatch", "{len}");
-    }
-    assert_eq!(map(6, (usize::MAX, usize::MAX)), "size-mismatch");
 }

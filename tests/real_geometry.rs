@@ -10,7 +10,7 @@ use depthstitch::image::DepthKind;
 use nalgebra::{Matrix3, Vector3};
 use std::path::{Path, PathBuf};
 
-/// Medians of the prototype's map error with the paper's threshold, in pixels: within the reference's frame, and outside.
+/// Reference figures: medians of the map error with the paper's threshold, in pixels: within the reference's frame, and outside.
 const FLOORS: [(&str, [f64; 2]); 6] = [
     ("middlebury2005-Art", [0.21, 0.23]),
     ("middlebury2003-Cones", [0.16, 0.21]),

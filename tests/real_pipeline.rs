@@ -40,7 +40,7 @@ fn codes(found: &Stitched) -> Vec<&'static str> {
     found.warnings.iter().map(|warning| warning.code()).collect()
 }
 
-/// The authors' program, with whose numbers the prototype's agree: 17.35 dB, 0.608, 0.524.
+/// The authors' program reaches 17.35 dB, 0.608, 0.524.
 #[test]
 fn paper_threshold_reaches_the_floors_with_every_seed() {
     let Some(case) = load(PAIR) else { return };

@@ -4,14 +4,11 @@
 mod points;
 mod scene;
 
-use depthstitch::geometry::{
-    EstimateOptions, Frame, Match, Model, ModelKind, TwoView, continue_outside, derive_depth, derive_missing, two_view,
-};
-use depthstitch::image::DepthKind;
+use depthstitch::geometry::{EstimateOptions, Frame, Match, Model, ModelKind, TwoView, derive_missing, two_view};
 use depthstitch::observer::Observer;
 use depthstitch::report::Warning;
-use depthstitch::{Error, Image, InverseDepth, Mask, Stage};
-use nalgebra::{Matrix3, Vector3};
+use depthstitch::{Error, Image, InverseDepth, Stage};
+use nalgebra::Vector3;
 use proptest::prelude::*;
 use scene::{MatchOptions, Pair, Photos};
 #[cfg(target_arch = "wasm32")]
@@ -269,114 +266,6 @@ fn stops_when_asked_to() {
     let photo = gray();
     let found = two_view(&scene.matches, photo.view(), photo.view(), &Default::default(), &mut Stop);
     assert_eq!(found, Err(Error::Aborted));
-}
-
-fn map(size: (usize, usize), value: impl Fn(f64, f64) -> f64) -> InverseDepth {
-    let raw: Vec<f32> = (0..size.0 * size.1).map(|i| value((i % size.0) as f64, (i / size.0) as f64) as f32).collect();
-    InverseDepth::new("depth", &raw, size, DepthKind::Inverse, None, size).unwrap()
-}
-
-/// To the right by 60 to 100 pixels, a little larger and turned.
-fn sideways() -> Model {
-    let h = Matrix3::new(1.02, 0.03, 60.0, -0.03, 1.01, 4.0, 5e-5, 2e-5, 1.0);
-    Model { h, e: Vector3::new(40.0, 5.0, 0.02) }
-}
-
-#[test]
-fn continuation_leaves_the_inside_and_reproduces_planes() {
-    let size = (200, 150);
-    let model = sideways();
-    let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
-    let garbage = |x: f64, y: f64| if model.project(x, y, plane(x, y)).unwrap()[0] < 197.0 { plane(x, y) } else { 7.0 };
-    let found = continue_outside(&map(size, garbage), &model, size, None, &mut ()).unwrap();
-    for (found, expected) in found.data().iter().zip(map(size, plane).data()) {
-        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
-    }
-    // What is not a plane stays inside, goes on without a step, and fades.
-    let bump =
-        |x: f64, y: f64| plane(x, y) + 0.5 * (-((x - 90.0) * (x - 90.0) + (y - 80.0) * (y - 80.0)) / 800.0).exp();
-    let bumpy = map(size, |x, y| if model.project(x, y, bump(x, y)).unwrap()[0] < 197.0 { bump(x, y) } else { 7.0 });
-    let found = continue_outside(&bumpy, &model, size, None, &mut ()).unwrap();
-    let mut largest = 0.0f64;
-    for y in 0..size.1 {
-        for x in 0..size.0 {
-            let at = y * size.0 + x;
-            let (a, b) = (f64::from(found.data()[at]), bump(x as f64, y as f64));
-            let place = model.project(x as f64, y as f64, b).unwrap();
-            if place[0] >= 3.0 && place[1] >= 3.0 && place[0] < 196.9 && place[1] < 147.0 {
-                assert!((a - b).abs() < 1e-6);
-            } else {
-                assert!((a - plane(x as f64, y as f64)).abs() < 0.6, "{x} {y} {a}");
-            }
-            if x > 0 && y > 10 && y < 140 {
-                largest = largest.max((found.data()[at] - found.data()[at - 1]).abs().into());
-            }
-        }
-    }
-    // The bump's own steepest slope is 0.5·0.607/20 per pixel.
-    assert!(largest < 0.06, "{largest}");
-    let far = |x: usize, y: usize| f64::from(found.data()[y * size.0 + x]) - plane(x as f64, y as f64);
-    assert!(far(199, 149).abs() < 0.2 && far(199, 0).abs() < 0.2, "{} {}", far(199, 149), far(199, 0));
-}
-
-#[test]
-fn continuation_believes_what_is_trusted() {
-    let size = (200, 150);
-    let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
-    // Half of the inside is wrong, and known to be.
-    let depth = map(size, |x, y| if y < 90.0 { 1.2 } else { plane(x, y) });
-    let mut mask = Mask::empty(size.0, size.1).unwrap();
-    mask.data.iter_mut().enumerate().filter(|(i, _)| i / size.0 >= 90).for_each(|(_, m)| *m = 255);
-    let found = continue_outside(&depth, &sideways(), size, Some(&mask), &mut ()).unwrap();
-    assert!((f64::from(found.data()[145 * 200 + 195]) - plane(195.0, 145.0)).abs() < 0.01);
-    let small = Mask::empty(3, 3).unwrap();
-    let refused = continue_outside(&depth, &sideways(), size, Some(&small), &mut ());
-    assert!(matches!(refused, Err(Error::SizeMismatch { name: "trusted", .. })));
-    // Nothing inside: nothing to continue.
-    let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..sideways() };
-    assert_eq!(continue_outside(&depth, &away, size, None, &mut ()).unwrap(), depth);
-}
-
-#[test]
-fn derived_depth_leads_back() {
-    let (size, other) = ((200, 150), (220, 160));
-    let model = sideways();
-    let depth = map(size, |x, y| 0.3 + 0.2 * (x / 200.0) * (x / 200.0) + 0.1 * (y / 150.0));
-    let derived = derive_depth(&depth, &model, other, &mut ()).unwrap().unwrap();
-    assert!(derived.data().iter().all(|d| d.is_finite()));
-    let back = model.inverse().unwrap();
-    let mut seen = 0;
-    for y in 0..size.1 {
-        for x in 0..size.0 {
-            let (x, y) = (x as f64, y as f64);
-            let [u, v] = model.project(x, y, depth.sample(x, y)).unwrap();
-            if u >= 1.0 && v >= 1.0 && u <= 218.0 && v <= 158.0 {
-                // Half a pixel of rounding, times what depth changes over it.
-                assert!(distance(back.project(u, v, derived.sample(u, v)).unwrap(), [x, y]) < 0.2);
-                seen += 1;
-            }
-        }
-    }
-    assert!(seen > 15_000);
-}
-
-#[test]
-fn of_two_things_in_one_place_the_nearer_is_seen() {
-    let size = (200, 150);
-    let model = Model { h: Matrix3::identity(), e: Vector3::new(60.0, 0.0, 0.0) };
-    // A board at 1 in front of a wall at 0: it moves by 60 pixels and covers the wall there, and leaves a gap.
-    let depth = map(size, |x, y| if (40.0..80.0).contains(&x) && (40.0..100.0).contains(&y) { 1.0 } else { 0.0 });
-    let derived = derive_depth(&depth, &model, size, &mut ()).unwrap().unwrap();
-    let at = |x: usize, y: usize| derived.data()[y * 200 + x];
-    assert!((100..140).all(|x| at(x, 70) == 1.0));
-    assert!([10, 30, 90, 150].into_iter().all(|x| at(x, 70) == 0.0) && at(120, 20) == 0.0);
-    // The gap is between, and continued from around.
-    assert!((40..80).all(|x| (-0.5..1.0).contains(&at(x, 70))));
-    // Nothing of it there.
-    let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..model };
-    assert_eq!(derive_depth(&depth, &away, size, &mut ()).unwrap(), None);
-    let singular = Model { h: Matrix3::zeros(), ..model };
-    assert_eq!(derive_depth(&depth, &singular, size, &mut ()).unwrap(), None);
 }
 
 #[test]

@@ -81,6 +81,9 @@ export const SETTINGS: { readonly [K in keyof Options]: Setting<Options[K]> } = 
   bands: number("bands of the multiband blending; 0 for as many as the size asks for"),
   fill: choice("how inner voids of the mosaic are filled", "exemplar", "smooth", "none"),
   fillRadius: number("radius in pixels of the neighbourhood that a filled pixel is drawn from"),
+  fillMaxWidth: number(
+    "how wide a void may be to be filled by exemplar, as a share of the picture's size",
+  ),
   maxBytes: number("most bytes the core may take; a larger job is refused"),
 };
 

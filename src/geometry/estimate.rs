@@ -242,7 +242,7 @@ impl<'a> Fit<'a> {
         }
         let flat = self.completed(options, flat, Kind::Flat).filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok());
         flat.is_some_and(|flat| {
-            !observable(points, &deep.inliers, &deep.projection, &flat.projection, normalisation.scale())
+            !observable(points, &deep.inliers, &deep.projection, &flat.projection, normalisation.scale(), self.area)
         })
     }
 

@@ -56,7 +56,7 @@ impl Guide {
         let e = &forward.e;
         let (left, top) = (warped.offset.0 as f64, warped.offset.1 as f64);
         let epipole = [e[0] + left * e[2], e[1] + top * e[2], e[2]];
-        Ok(Some(Self { depth: InverseDepth::of_size(data, width, depth.height()), epipole }))
+        Ok(Some(Self { depth: InverseDepth::from_values(data, width, depth.height()), epipole }))
     }
 
     /// The epipole in a window of the canvas.

@@ -31,5 +31,5 @@ pub(super) fn in_reference_frame(
             *d = if u32::from_le_bytes(*pixel) >> 24 != 0 { shown } else { f32::NAN };
         }
     }
-    Some(InverseDepth::of_size(depth, image.width, image.height))
+    Some(InverseDepth::from_values(depth, image.width, image.height))
 }

@@ -150,6 +150,7 @@ fn visit(options: &mut Options, v: &mut impl Visitor) -> Result<()> {
         &[("exemplar", Some(FillMethod::Exemplar)), ("smooth", Some(FillMethod::Smooth)), ("none", None)],
     )?;
     v.whole("fillRadius", "a whole number from 1 to 64", &mut fill.radius, 1, 64)?;
+    v.number("fillMaxWidth", "a number from 0 to 100", &mut fill.max_width, |x| (0.0..=100.0).contains(&x))?;
     options.fill = method.map(|method| FillOptions { method, ..fill });
 
     let mut bytes = warp.max_bytes as f64;

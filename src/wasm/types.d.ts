@@ -125,6 +125,8 @@ export interface Options {
   fill: "exemplar" | "smooth" | "none";
   /** Radius in pixels of the neighbourhood that a filled pixel is drawn from. */
   fillRadius: number;
+  /** How wide a void may be to be filled, as a share of the picture's size; wider ones stay transparent. Only `"exemplar"`. */
+  fillMaxWidth: number;
   /** Most bytes the core may take; a larger job is refused before anything is allocated. */
   maxBytes: number;
 }

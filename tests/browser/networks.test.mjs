@@ -102,6 +102,63 @@ test("two-view first, then again with depth by a network, which is fetched once"
   await close();
 });
 
+/**
+ * Asks for depth by a network of the user's own.
+ *
+ * @param {Page} page
+ * @param {string} file
+ * @param {{ colours: string, output: string }} how
+ */
+async function askForOwnDepth(page, file, { colours, output }) {
+  await openPanel(page, "depth");
+  await page.check('input[name="depth-source"][value="model"]');
+  await page.selectOption("#depth-model", "onnx");
+  const button = page.locator("#depth-estimate");
+  assert.equal(await button.getAttribute("aria-disabled"), "true", "without an address");
+  assert.equal(await page.locator("#depth-host").isVisible(), false);
+  await page.fill("#depth-onnx-address", host + file);
+  await page.locator("#depth-onnx-address").blur();
+  await page.selectOption("#depth-onnx-colours", colours);
+  await page.selectOption("#depth-onnx-output", output);
+  await button.click();
+  await idle(page);
+  assert.equal(await page.locator("#message").textContent(), "");
+}
+
+test("depth by a network of the user's own, of either kind", async () => {
+  const { page, complaints, close } = await site.open({ files: smallPhotos });
+  const asked = await serveModels(page);
+  const file = `${MODEL}/onnx/model.onnx`;
+  await askForOwnDepth(page, file, { colours: "imagenet", output: "inverse" });
+  assert.deepEqual(asked, [`/${file}`], "one file is fetched");
+  await page.locator("#tab-depth").click();
+  await page.locator("#view-caption", { hasText: "as your network sees it" }).waitFor();
+  assert.doesNotMatch(new URL(page.url()).hash, /models\.test|onnx/, "no link fetches it");
+  await page.waitForTimeout(300);
+  const inverse = await page.locator("#picture").screenshot();
+  await page.selectOption("#depth-onnx-output", "metric");
+  await page.locator("#depth-estimate").click();
+  await idle(page);
+  await page.waitForTimeout(300);
+  const metric = await page.locator("#picture").screenshot();
+  assert.ok(!inverse.equals(metric), "near and far change places");
+  assert.equal(asked.length, 1, "what was fetched is kept");
+  assert.deepEqual(await others(complaints), []);
+  await close();
+});
+
+test("FastDepth, in the page", async (t) => {
+  const { missing } = weights("fastdepth");
+  if (missing) return t.skip(missing);
+  const { page, complaints, close } = await site.open({ files: smallPhotos });
+  const asked = await serveModels(page);
+  await askForOwnDepth(page, "fastdepth.onnx", { colours: "plain", output: "metric" });
+  assert.deepEqual(asked, ["/fastdepth.onnx"]);
+  assert.match((await page.locator("#status").textContent()) ?? "", /^Done/);
+  assert.deepEqual(await others(complaints), []);
+  await close();
+});
+
 test("a download is told, can be cancelled, and can fail without harm", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const first = await savedPicture(page);

@@ -1,7 +1,11 @@
 // Seeing: every view of a result, panned, zoomed, compared, and reached by keyboard.
 import assert from "node:assert/strict";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { idle, smallCase, smallPhotos, startSite } from "./page.mjs";
+import { decodeImage, encodePng } from "depthstitch/codecs";
+import { idle, smallCase, smallFile, smallPhotos, startSite } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
@@ -54,7 +58,17 @@ test("every view shows something of its own, and says in words what", async () =
   const { page, complaints, close } = await site.open({ files: smallCase });
   const tabs = await page.locator('[role="tab"]:visible').all();
   const ids = await Promise.all(tabs.map((tab) => tab.getAttribute("id")));
-  for (const id of ["mosaic", "compare", "blink", "matches", "depth", "warp", "seam", "voids"]) {
+  for (const id of [
+    "mosaic",
+    "compare",
+    "blink",
+    "matches",
+    "depth",
+    "warp",
+    "gain",
+    "seam",
+    "voids",
+  ]) {
     assert.ok(ids.includes(`tab-${id}`), `there is a view ${id}`);
   }
   const sums = new Set();
@@ -70,6 +84,47 @@ test("every view shows something of its own, and says in words what", async () =
   assert.equal(sums.size, ids.length, "no two views look the same");
   assert.equal(captions.size, ids.length);
   assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("the gain of a photo that was taken darker is shown, in colours and in numbers", async () => {
+  const photo = await decodeImage(await readFile(smallFile("target.jpg")));
+  // 0.7 times the light, by sRGB's transfer function.
+  const level = (/** @type {number} */ v) => {
+    const light = 0.7 * (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+    return light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055;
+  };
+  const darker = photo.data.map((v, i) => (i % 4 === 3 ? v : 255 * level(v / 255)));
+  const folder = await mkdtemp(join(tmpdir(), "depthstitch-"));
+  const target = join(folder, "target.png");
+  await writeFile(target, await encodePng({ ...photo, data: darker }));
+  const { page, complaints, close } = await site.open({
+    files: [target, smallFile("reference.jpg")],
+  });
+  await open(page, "gain");
+  const caption = await page.locator("#view-caption").textContent();
+  const gains = [...(caption ?? "").matchAll(/\d\.\d\d/g)].map(Number);
+  assert.equal(gains.length, 3);
+  for (const gain of gains) assert.ok(Math.abs(0.7 * gain - 1) < 0.05, `${caption}`);
+  const legend = await page.locator("#view-controls .scale").textContent();
+  const [least = 0, most = 0] = [...(legend ?? "").matchAll(/\d\.\d\d/g)].map(Number);
+  assert.ok(most > 1.35 && most < 1.8 && Math.abs(least * most - 1) < 0.02, `${legend}`);
+  const { amber, violet } = await page.evaluate(() => {
+    const canvas = document.querySelector("#picture");
+    if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
+    const { width, height } = canvas;
+    const data = canvas.getContext("2d")?.getImageData(0, 0, width, height).data ?? [];
+    let [amber, violet] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      const warmth = (data[i] ?? 0) - (data[i + 2] ?? 0);
+      if (warmth > 40) amber++;
+      if (warmth < -40) violet++;
+    }
+    return { amber, violet };
+  });
+  assert.ok(amber > 20_000 && violet < amber / 100, `${amber} brighter, ${violet} darker`);
+  assert.deepEqual(await complaints(), []);
+  await rm(folder, { recursive: true });
   await close();
 });
 

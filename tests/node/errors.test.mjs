@@ -72,6 +72,7 @@ test("numbers out of range", async () => {
     { confidence: 2 },
     { threshold: 0 },
     { fillRadius: 1e9 },
+    { fillMaxWidth: 101 },
   ]) {
     const error = await withWrong(options);
     assert.equal(error.code, "invalid-argument");

@@ -179,3 +179,14 @@ test("the core and the package have one version", async () => {
   const file = new URL("../../package.json", import.meta.url);
   assert.equal(await version(), JSON.parse(await readFile(file, "utf8")).version);
 });
+
+test("fillMaxWidth says which voids are too wide to be filled", async () => {
+  const { target, reference, inputs } = await sample();
+  const empty = async (/** @type {number} */ fillMaxWidth) => {
+    const { mosaic, voidMask } = await stitch(target, reference, { ...inputs, fillMaxWidth });
+    return voidMask.data.filter((value, i) => value === 255 && mosaic.data[4 * i + 3] === 0).length;
+  };
+  const [narrow, all] = [await empty(0.01), await empty(100)];
+  assert.equal(all, 0);
+  assert.ok(narrow > 0, "the widest stay empty");
+});

@@ -35,7 +35,7 @@ export function linkOf({ options, depth, photoLimit, depthModel }: Settings): st
     if (value !== unless) words.set(own + key, String(value));
   };
   add("photoLimit", photoLimit, usual.photoLimit);
-  add("depthModel", depthModel, usual.depthModel);
+  if (depthModel !== "onnx") add("depthModel", depthModel, usual.depthModel);
   add("depthKind", depth.kind, usualDepth.kind);
   add("depthInvalid", depth.invalid, usualDepth.invalid);
   for (const [key, value] of Object.entries(options)) words.set(key, String(value));

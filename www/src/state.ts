@@ -1,5 +1,5 @@
 import type { Options, Progress, StitchResult } from "depthstitch";
-import type { DepthModelName } from "./networks/requests.js";
+import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { DepthMap, Photo } from "./studio/contents.js";
 
@@ -56,11 +56,18 @@ export interface Settings {
   readonly depthModel: DepthModelName;
   /** Where depth networks are fetched from; empty for the library's own choice. */
   readonly depthHost: string;
+  readonly depthOnnx: OnnxDepth;
   readonly filler: Filler;
   /** Where the filling network's weights are; empty for where its authors published them. */
   readonly fillAddress: string;
   /** Only those that differ from their mode's defaults. */
   readonly options: Partial<Options>;
+}
+
+/** What tells the chosen depth network from others. */
+export function depthNetworkOf({ depthModel, depthOnnx }: Settings): string {
+  const { address, colours, output } = depthOnnx;
+  return depthModel === "onnx" ? [address, colours, output].join(" ") : depthModel;
 }
 
 /** Depth maps that the network made, by photo, and which network it was. */
@@ -122,6 +129,7 @@ export const defaultSettings: Settings = {
   depth: { kind: "inverse", invalid: null },
   depthModel: "small",
   depthHost: "",
+  depthOnnx: { address: "", colours: "imagenet", output: "inverse" },
   filler: "core",
   fillAddress: "",
   options: {},

@@ -54,7 +54,7 @@ pub fn continue_outside(
             if within { d } else { f32::NAN }
         }));
     }
-    let inside = InverseDepth::from_values(inside, size.0, size.1)?;
+    let inside = InverseDepth::from_values(inside, size.0, size.1);
     report(observer, Stage::Depth, 0.2)?;
     Ok(continued(&inside, model, trusted, observer)?.unwrap_or_else(|| depth.clone()))
 }
@@ -94,5 +94,5 @@ pub(super) fn continued(
             *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };
         }
     }
-    InverseDepth::from_values(filled, w, h).map(Some)
+    Ok(Some(InverseDepth::from_values(filled, w, h)))
 }

@@ -148,7 +148,7 @@ impl<'a> Scattered<'a> {
                 row[i] + (row[i + 1] - row[i]) * fx
             }));
         }
-        InverseDepth::from_values(data, w, h)
+        Ok(InverseDepth::from_values(data, w, h))
     }
 }
 

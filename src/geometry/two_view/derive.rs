@@ -71,7 +71,7 @@ pub fn derive_depth(
             }
         }
     }
-    let seen = InverseDepth::from_values(seen, w, h)?;
+    let seen = InverseDepth::from_values(seen, w, h);
     continued(&seen, &reverse, None, observer)
 }
 

@@ -43,11 +43,23 @@ async function network<T extends DepthEstimator | Inpainter>(
   }
 }
 
-async function estimate({ photo, model, host }: Requests["depth"]["args"]) {
-  const { loadDepthModel } = await import("depthstitch/depth");
-  const estimator = await network(`depth ${model} ${host}`, () =>
-    loadDepthModel({ model, ...(host && { host }), onProgress }),
-  );
+/** Of the colours of ImageNet's photos, from 0 to 1. */
+const imagenet = { mean: [0.485, 0.456, 0.406], std: [0.229, 0.224, 0.225] } as const;
+/** For networks that take every size: a multiple of 14 and of 32, the usual patches. */
+const inputSize = { width: 448, height: 448 };
+
+async function estimate({ photo, model, host, onnx }: Requests["depth"]["args"]) {
+  const { loadDepthModel, loadOnnxDepth } = await import("depthstitch/depth");
+  const { address: weights, colours, output } = onnx;
+  const values = colours === "imagenet" ? imagenet : {};
+  const estimator =
+    model === "onnx"
+      ? await network(`depth ${weights} ${colours} ${output}`, () =>
+          loadOnnxDepth({ weights, ...values, inputSize, output, onProgress }),
+        )
+      : await network(`depth ${model} ${host}`, () =>
+          loadDepthModel({ model, ...(host && { host }), onProgress }),
+        );
   const depth = await estimator.estimate(photo, { onProgress });
   return { ...depth, device: estimator.device };
 }

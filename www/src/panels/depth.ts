@@ -18,6 +18,10 @@ const models: Readonly<Record<DepthModelName, { label: string; hint: string }>> 
   },
   base: { label: "Base", hint: "About 100 MB, or 200 MB with a GPU; not for commercial use." },
   large: { label: "Large", hint: "About 340 MB, or 670 MB with a GPU; not for commercial use." },
+  onnx: {
+    label: "Your own (ONNX)",
+    hint: "One file; it takes one photo, as [1, 3, height, width], and its host must let this page read it.",
+  },
 };
 
 /** Binds the choice of where depth comes from, and what belongs to each. */
@@ -39,7 +43,10 @@ export function offerNetwork(store: Store): void {
 function bindSource(store: Store): void {
   radios("depth-source", store, "depthSource");
   store.subscribe(({ settings }) => {
-    byId("depth-summary", HTMLElement).textContent = sources[settings.depthSource];
+    const own = settings.depthSource === "model" && settings.depthModel === "onnx";
+    byId("depth-summary", HTMLElement).textContent = own
+      ? "your own network"
+      : sources[settings.depthSource];
     byId("depth-model-part", HTMLElement).hidden = settings.depthSource !== "model";
     byId("depth-files-part", HTMLElement).hidden = settings.depthSource !== "files";
   });
@@ -56,13 +63,33 @@ function bindNetwork(store: Store, runner: Runner): void {
   host.placeholder = "https://huggingface.co/";
   host.addEventListener("change", () => store.change({ depthHost: host.value.trim() }));
   onClick(button, () => void runner.stitch());
+  const address = byId("depth-onnx-address", HTMLInputElement);
+  const colours = byId("depth-onnx-colours", HTMLSelectElement);
+  const output = byId("depth-onnx-output", HTMLSelectElement);
+  for (const field of [address, colours, output]) {
+    field.addEventListener("change", () =>
+      store.change({
+        depthOnnx: {
+          address: address.value.trim(),
+          colours: colours.value === "plain" ? "plain" : "imagenet",
+          output: output.value === "metric" ? "metric" : "inverse",
+        },
+      }),
+    );
+  }
 
   const draw = ({ settings, running }: State) => {
     model.value = settings.depthModel;
     host.value = settings.depthHost;
+    const { depthOnnx, depthModel } = settings;
+    address.value = depthOnnx.address;
+    colours.value = depthOnnx.colours;
+    output.value = depthOnnx.output;
+    byId("depth-host-part", HTMLElement).hidden = depthModel === "onnx";
+    byId("depth-onnx-part", HTMLElement).hidden = depthModel !== "onnx";
     byId("depth-model-hint", HTMLElement).textContent =
       `${models[settings.depthModel].hint} It is downloaded once and kept by the browser; your photos stay here.`;
-    setEnabled(button, !running);
+    setEnabled(button, !running && (depthModel !== "onnx" || depthOnnx.address !== ""));
   };
   store.subscribe((state, before) => {
     if (state.settings !== before.settings || !state.running !== !before.running) draw(state);

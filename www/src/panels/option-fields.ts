@@ -215,6 +215,13 @@ export const groups: readonly { readonly title: string; readonly fields: readonl
       },
       fill,
       { key: "fillRadius", label: "Fill radius", hint: "pixels", min: 0, step: 1 },
+      {
+        key: "fillMaxWidth",
+        label: "Widest void",
+        hint: "share of the picture's size",
+        min: 0,
+        step: "any",
+      },
       { key: "maxBytes", label: "Memory limit", hint: "MB", min: 1, step: 1, unit: 1e6 },
     ],
   },

@@ -1,5 +1,5 @@
 import type { DepthInput, Options } from "depthstitch";
-import { depthSlot, type Message, type PhotoSlot, type State } from "../state.js";
+import { depthNetworkOf, depthSlot, type Message, type PhotoSlot, type State } from "../state.js";
 import type { Photo, Size } from "../studio/contents.js";
 
 /** Everything that a stitch is computed from, and nothing else: the same job, the same bytes. */
@@ -32,7 +32,7 @@ export function jobOf({ slots, settings, modelDepths, loading }: State): Job | M
     }
     const made =
       settings.depthSource === "model" && slots[slot] && modelDepths.get(slots[slot].content);
-    return made && made.model === settings.depthModel
+    return made && made.model === depthNetworkOf(settings)
       ? { ...made.map, kind: "inverse" }
       : undefined;
   };

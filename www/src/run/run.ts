@@ -3,6 +3,7 @@ import { byId, onClick, setEnabled } from "../dom.js";
 import { NetworkError, runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import {
+  depthNetworkOf,
   photoSlots,
   type Message,
   type Outcome,
@@ -121,15 +122,16 @@ export class Runner {
 
   /** Has the network estimate the depth of the photos whose depth it has not estimated yet. */
   async #estimateDepth(settings: Settings, signal: AbortSignal): Promise<void> {
-    const { depthModel: model, depthHost: host } = settings;
+    const { depthModel: model, depthHost: host, depthOnnx: onnx } = settings;
+    const network = depthNetworkOf(settings);
     const { slots } = this.#store.state;
     const photos = photoSlots.flatMap((slot) => slots[slot]?.content ?? []);
     this.#store.set({ message: null });
     for (const [index, photo] of photos.entries()) {
       const known = this.#store.state.modelDepths.get(photo);
-      if (known?.model === model) continue;
+      if (known?.model === network) continue;
       const { data, width, height } = photo;
-      const args = { photo: { data, width, height }, model, host };
+      const args = { photo: { data, width, height }, model, host, onnx };
       const tell = (progress: NetworkProgress) =>
         this.#store.set({
           running: {
@@ -140,7 +142,9 @@ export class Runner {
         });
       tell({ stage: "download", fraction: 0 });
       const map = await runNetwork("depth", args, signal, tell);
-      this.#store.set({ modelDepths: withDepth(this.#store.state, photo, { model, map }) });
+      this.#store.set({
+        modelDepths: withDepth(this.#store.state, photo, { model: network, map }),
+      });
     }
   }
 }

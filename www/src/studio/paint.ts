@@ -35,7 +35,7 @@ export function seamBitmap(mosaic: Rgba, seam: Bytes): Promise<ImageBitmap> {
 }
 
 /** The picture in gray, laid over with the colour and opacity that `tint` has for a pixel; faint where it has none. */
-function tinted(
+export function tinted(
   { data, width, height }: Rgba,
   tint: (pixel: number) => readonly [number, number, number, number] | null,
 ): Promise<ImageBitmap> {

@@ -2,6 +2,7 @@ import { decodeDepth } from "./decode-depth.js";
 import { decodePhoto } from "./decode-photo.js";
 import { holeShare } from "./depth-colours.js";
 import { encode } from "./encode.js";
+import { gainPicture } from "./gain.js";
 import { bitmapOf, depthBitmap, seamBitmap, voidBitmap } from "./paint.js";
 
 /** All that the page has done in its own worker: what would make it stutter if it did it itself. */
@@ -12,6 +13,7 @@ export const tasks = {
   depthBitmap,
   voidBitmap,
   seamBitmap,
+  gainPicture,
   holeShare,
   encode,
 };

@@ -1,19 +1,16 @@
 import type { Outcome } from "../state.js";
 import { studio } from "../studio/client.js";
 import type { DepthMap } from "../studio/contents.js";
+import type { GainPicture } from "../studio/gain.js";
 import type { Bytes, Rgba } from "../studio/paint.js";
 
-const known = new WeakMap<object, Map<string, Promise<ImageBitmap>>>();
+const known = new WeakMap<object, Map<string, Promise<unknown>>>();
 
-/** A picture made from `source`, once for each `kind`. */
-function bitmap(
-  source: object,
-  kind: string,
-  make: () => Promise<ImageBitmap>,
-): Promise<ImageBitmap> {
-  const kinds = known.get(source) ?? new Map<string, Promise<ImageBitmap>>();
+/** A picture made from `source`, once for each `kind`, which is of one type. */
+function bitmap<T = ImageBitmap>(source: object, kind: string, make: () => Promise<T>): Promise<T> {
+  const kinds = known.get(source) ?? new Map<string, Promise<unknown>>();
   known.set(source, kinds);
-  const made = kinds.get(kind) ?? nextTask().then(make);
+  const made = (kinds.get(kind) as Promise<T> | undefined) ?? nextTask().then(make);
   kinds.set(kind, made);
   made.catch(() => kinds.delete(kind));
   return made;
@@ -35,6 +32,17 @@ export function voidsBitmap({ result }: Outcome): Promise<ImageBitmap> {
 
 export function seamBitmap({ result }: Outcome, seam: Bytes): Promise<ImageBitmap> {
   return bitmap(result, "seam", () => studio("seamBitmap", result.mosaic, seam));
+}
+
+export function gainBitmap(
+  { result, job }: Outcome,
+  averaged: () => Promise<Rgba>,
+): Promise<GainPicture> {
+  return bitmap(result, "gain", async () => {
+    const { data, width, height } = job.reference;
+    const mosaic = await averaged();
+    return studio("gainPicture", result.warped, mosaic, { data, width, height }, result.offset);
+  });
 }
 
 /** At most this many pixels wide: depth has no finer detail to show. */

@@ -3,8 +3,8 @@ import { make } from "../dom.js";
 import { percent, size, count } from "../words/numbers.js";
 import { countSet } from "../words/report.js";
 import type { Outcome } from "../state.js";
-import { pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
-import { checkbox, legend } from "./controls.js";
+import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
+import { checkbox, legend, scale } from "./controls.js";
 import { drawGrid } from "./grid.js";
 import type { View } from "./view.js";
 import type { Extent } from "./viewport.js";
@@ -96,23 +96,39 @@ function drawOutline(
   context.setLineDash([]);
 }
 
+export const gainView: View = {
+  id: "gain",
+  label: "Gain",
+  group: "steps",
+  has: ({ result }) => result.gains.some((gain) => gain !== 1),
+  async open(outcome, desk) {
+    const { bitmap, most } = await gainBitmap(outcome, () => desk.averaged(outcome));
+    const extent = canvasExtent(outcome);
+    const [red, green, blue] = outcome.result.gains.map((value) => value.toFixed(2));
+    return {
+      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      caption: `By how much the first photo was made brighter or darker to fit the second. On average over the overlap its red, green and blue were multiplied by ${red}, ${green} and ${blue}, as light.`,
+      controls: [
+        scale("gains", `darker, × ${(1 / most).toFixed(2)}`, `brighter, × ${most.toFixed(2)}`),
+      ],
+    };
+  },
+};
+
 export const seamView: View = {
   id: "seam",
   label: "Seam",
   group: "steps",
   async open(outcome) {
-    const { seam, gains } = outcome.result;
+    const { seam } = outcome.result;
     const bitmap = await seamBitmap(outcome, seam);
     const extent = canvasExtent(outcome);
-    const [red, green, blue] = gains.map((value) => value.toFixed(2));
     const both = seam.data.includes(3);
     return {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
-      caption:
-        (both
-          ? "Where the photos overlap, both are mixed."
-          : "Which photo shows where. The seam runs where the photos differ least, so that nothing is seen twice.") +
-        ` The first photo's red, green and blue were multiplied by ${red}, ${green} and ${blue} on average, to fit the second.`,
+      caption: both
+        ? "Where the photos overlap, both are mixed."
+        : "Which photo shows where. The seam runs where the photos differ least, so that nothing is seen twice.",
       controls: [
         legend(
           ["from-target", "first photo"],
@@ -139,7 +155,7 @@ export const voidsView: View = {
       caption:
         voids === 0
           ? "Every place inside the first photo's outline was seen by one of the photos: nothing had to be invented."
-          : `${count(voids, "pixel", "pixels")} (${share}) were seen by neither photo. What the picture shows there is invented from what surrounds it.`,
+          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "was" : "were"} seen by neither photo. What the picture shows there is invented from what surrounds it.`,
       controls: voids === 0 ? [] : [legend(["void", "seen by neither photo"])],
     };
   },

@@ -37,3 +37,8 @@ export function legend(...entries: readonly (readonly [string, string])[]): HTML
     ...entries.map(([swatch, words]) => make("li", {}, make("i", { class: swatch }), words)),
   );
 }
+
+/** What the colours of a picture mean from one end to the other. */
+export function scale(colours: string, least: string, most: string): HTMLElement {
+  return make("p", { class: "scale" }, least, make("i", { class: colours }), most);
+}

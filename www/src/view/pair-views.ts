@@ -159,8 +159,9 @@ export const depthView: View = {
     if (!targetDepth || !referenceDepth) throw new Error("This result has no depth.");
     const bitmaps = await both(depthBitmap(targetDepth), depthBitmap(referenceDepth));
     const given = job.targetDepth ?? job.referenceDepth;
+    const network = settings.depthModel === "onnx" ? "your network" : "Depth Anything";
     const source =
-      settings.depthSource === "model" ? "as Depth Anything sees it" : "as your depth maps say";
+      settings.depthSource === "model" ? `as ${network} sees it` : "as your depth maps say";
     return {
       scene: pairScene(outcome, () => [bitmaps]),
       caption: given

@@ -1,9 +1,10 @@
+import { blend } from "depthstitch";
 import { byId, make } from "../dom.js";
 import { jobFor } from "../run/methods.js";
 import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { Outcome, Store } from "../state.js";
-import { mosaicView, seamView, voidsView, warpView } from "./canvas-views.js";
+import { gainView, mosaicView, seamView, voidsView, warpView } from "./canvas-views.js";
 import { blinkView, compareView } from "./compare-views.js";
 import { depthView, matchesView } from "./pair-views.js";
 import type { Desk, Opened, View } from "./view.js";
@@ -16,6 +17,7 @@ const views: readonly View[] = [
   matchesView,
   depthView,
   warpView,
+  gainView,
   seamView,
   voidsView,
 ];
@@ -48,6 +50,12 @@ export function bindTabs(
       const result = await runner.other((call) => resultOf(jobFor(method, outcome), call));
       if (!result) throw new Error("It was not computed.");
       return result;
+    },
+    async averaged({ result, job: { reference, options } }) {
+      const plain = { ...options, seam: "none", blending: "average" } as const;
+      const blended = await runner.other((call) => blend(result, reference, { ...plain, ...call }));
+      if (!blended) throw new Error("It was not computed.");
+      return blended.mosaic;
     },
   };
 

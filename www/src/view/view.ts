@@ -1,4 +1,4 @@
-import type { StitchResult } from "depthstitch";
+import type { ImageOutput, StitchResult } from "depthstitch";
 import type { Method } from "../run/methods.js";
 import type { Outcome } from "../state.js";
 import type { Scene } from "./viewer.js";
@@ -11,6 +11,8 @@ export interface Desk {
   askForDepth(): void;
   /** Stitches the outcome's photos by another method, unless that is known already. */
   resultBy(method: Method, outcome: Outcome): Promise<StitchResult>;
+  /** Both photos averaged where both are, the first one with its exposure fitted as in the outcome. */
+  averaged(outcome: Outcome): Promise<ImageOutput>;
 }
 
 /** A view that has been opened on an outcome. */

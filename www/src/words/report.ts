@@ -102,7 +102,7 @@ export function reportParagraphs({ result, job, settings, elapsed }: Outcome): s
   const canvas =
     `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the second photo begins at ${offset.x}, ${offset.y}. ` +
     (voids > 0
-      ? `${count(voids, "pixel", "pixels")} (${voidShare}) inside the first photo's outline were seen by neither photo and were ${filled}.`
+      ? `${count(voids, "pixel", "pixels")} (${voidShare}) inside the first photo's outline ${voids === 1 ? "was" : "were"} seen by neither photo and ${voids === 1 ? "was" : "were"} ${filled}.`
       : "No pixel inside the first photo's outline is left uncovered.");
   return [
     model + focal,
