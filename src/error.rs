@@ -150,8 +150,8 @@ pub enum Error {
     Aborted,
 }
 
-/// `std::result::Result` with this crate's [`Error`].
-pub type Result<T> = std::result::Result<T, Error>;
+/// `std::result::Result` with this crate's [`Error`], boxed: errors are rare, and what every call returns should be small.
+pub type Result<T> = std::result::Result<T, Box<Error>>;
 
 impl Error {
     /// The stable code, the same in Rust and JavaScript.

@@ -247,11 +247,11 @@ fn resample(
 /// Checks that `len` values are what width × height × `channels` asks for, without overflow.
 pub(crate) fn check_len(name: &'static str, len: usize, width: usize, height: usize, channels: u64) -> Result<()> {
     if width == 0 || height == 0 {
-        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 });
+        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 }.into());
     }
     let expected = (width as u64).saturating_mul(height as u64).saturating_mul(channels);
     if len as u64 != expected {
-        return Err(Error::SizeMismatch { name, expected, actual: len as u64 });
+        return Err(Error::SizeMismatch { name, expected, actual: len as u64 }.into());
     }
     Ok(())
 }
@@ -262,7 +262,7 @@ pub(crate) fn check_size(name: &'static str, size: (usize, usize), expected: (us
         return Ok(());
     }
     let pixels = |(w, h): (usize, usize)| w as u64 * h as u64;
-    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) })
+    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) }.into())
 }
 
 /// `len` zeros (or defaults), refusing instead of aborting when memory is out.
@@ -276,5 +276,5 @@ pub(crate) fn zeroed<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
 /// Reserves room for `len` more values, refusing instead of aborting when memory is out.
 pub(crate) fn reserve<T>(v: &mut Vec<T>, len: usize) -> Result<()> {
     v.try_reserve_exact(len)
-        .map_err(|_| Error::OutOfMemory { bytes: (len as u64).saturating_mul(std::mem::size_of::<T>() as u64) })
+        .map_err(|_| Error::OutOfMemory { bytes: (len as u64).saturating_mul(std::mem::size_of::<T>() as u64) }.into())
 }

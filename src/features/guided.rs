@@ -102,16 +102,16 @@ impl Guide<'_> {
     fn check(&self, target: &Features) -> Result<()> {
         for (name, value) in [("band", self.band), ("reach", self.reach)] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::InvalidArgument { name, expected: "a finite number above 0", value });
+                return Err(Error::InvalidArgument { name, expected: "a finite number above 0", value }.into());
             }
         }
         for value in self.range {
             if !value.is_finite() {
-                return Err(Error::InvalidArgument { name: "range", expected: "finite", value });
+                return Err(Error::InvalidArgument { name: "range", expected: "finite", value }.into());
             }
         }
         if !self.forward.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN });
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
         }
         self.depth.map_or(Ok(()), |map| check_size("targetDepth", (map.width(), map.height()), target.size))
     }

@@ -34,7 +34,7 @@ pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -
         Some("metric") => DepthKind::Metric,
         _ => {
             let expected = "an object whose kind is 'inverse' or 'metric'";
-            return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+            return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
         }
     };
     let data = get(value, "data");
@@ -57,7 +57,7 @@ pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -
         widen(&raw)?
     } else {
         let expected = "an object whose data is a Float32Array, Uint16Array or Uint8Array";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+        return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
     };
     InverseDepth::new(name, &raw, (width, height), kind, invalid, size).map(Some)
 }
@@ -80,13 +80,13 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
         (keypoints.dyn_ref::<Float32Array>(), descriptors.dyn_ref::<Uint8Array>())
     else {
         let expected = "an object whose keypoints are a Float32Array and descriptors a Uint8Array";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+        return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
     };
     let count = descriptors.length() as usize / 128;
     for (per, actual) in [(128, descriptors.length()), (5, keypoints.length())] {
         let (expected, actual) = (per * count as u64, u64::from(actual));
         if actual != expected {
-            return Err(Error::SizeMismatch { name, expected, actual });
+            return Err(Error::SizeMismatch { name, expected, actual }.into());
         }
     }
     let mut numbers: Vec<f32> = zeroed(5 * count)?;
@@ -108,12 +108,12 @@ pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
     let name = "matches";
     let Some(array) = value.dyn_ref::<Float32Array>() else {
         let expected = "a Float32Array of xt, yt, xr, yr";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+        return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
     };
     let length = array.length();
     if length % 4 != 0 {
         let expected = u64::from(length / 4 * 4);
-        return Err(Error::SizeMismatch { name, expected, actual: u64::from(length) });
+        return Err(Error::SizeMismatch { name, expected, actual: u64::from(length) }.into());
     }
     let mut flat: Vec<f32> = zeroed(length as usize)?;
     array.copy_to(&mut flat);
@@ -139,10 +139,12 @@ pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
         let array = get(value, key);
         let Some(array) = array.dyn_ref::<Float64Array>() else {
             let expected = "an object whose h and e are Float64Arrays";
-            return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+            return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
         };
         if array.length() as usize != expected {
-            return Err(Error::SizeMismatch { name, expected: expected as u64, actual: u64::from(array.length()) });
+            return Err(
+                Error::SizeMismatch { name, expected: expected as u64, actual: u64::from(array.length()) }.into()
+            );
         }
         Ok(array.to_vec())
     };

@@ -26,7 +26,7 @@ pub(super) fn from_js(object: &JsValue) -> Result<Options> {
     let keys = Object::keys(object.unchecked_ref::<Object>());
     for key in keys.iter().filter_map(|key| key.as_string()) {
         if !reader.known.contains(&key.as_str()) {
-            return Err(Error::UnknownOption { name: key });
+            return Err(Error::UnknownOption { name: key }.into());
         }
     }
     Ok(options)
@@ -190,7 +190,7 @@ trait Visitor {
         let mut number = f64::from(*value);
         self.number(name, expected, &mut number, |x| x.floor() == x)?;
         if number < f64::from(min) || number > f64::from(max) {
-            return Err(Error::InvalidArgument { name, expected, value: number });
+            return Err(Error::InvalidArgument { name, expected, value: number }.into());
         }
         *value = number as u32;
         Ok(())
@@ -235,7 +235,7 @@ impl Visitor for Reader<'_> {
         let Some(given) = self.given(name) else { return Ok(()) };
         let number = given.as_f64().unwrap_or(f64::NAN);
         if !ok(number) {
-            return Err(Error::InvalidArgument { name, expected, value: number });
+            return Err(Error::InvalidArgument { name, expected, value: number }.into());
         }
         *value = number;
         Ok(())
@@ -251,7 +251,7 @@ impl Visitor for Reader<'_> {
         let Some(given) = self.given(name) else { return Ok(()) };
         let text = given.as_string();
         let Some((_, choice)) = table.iter().find(|(name, _)| text.as_deref() == Some(name)) else {
-            return Err(Error::InvalidArgument { name, expected, value: given.as_f64().unwrap_or(f64::NAN) });
+            return Err(Error::InvalidArgument { name, expected, value: given.as_f64().unwrap_or(f64::NAN) }.into());
         };
         *value = *choice;
         Ok(())
@@ -272,7 +272,7 @@ impl Visitor for Reader<'_> {
             (_, Some("paper")) => Threshold::PAPER,
             (number, _) => {
                 let expected = "a number of pixels above 0, or 'paper'";
-                return Err(Error::InvalidArgument { name, expected, value: number.unwrap_or(f64::NAN) });
+                return Err(Error::InvalidArgument { name, expected, value: number.unwrap_or(f64::NAN) }.into());
             }
         };
         Ok(())
