@@ -34,7 +34,7 @@ pub fn decode_depth(
             Samples::Eight(data) => Uint8Array::from(data.as_slice()).into(),
             Samples::Sixteen(data) => Uint16Array::from(data.as_slice()).into(),
         };
-        Ok(sized(&data, gray.width, gray.height))
+        Ok(sized(data, gray.width, gray.height))
     })
 }
 

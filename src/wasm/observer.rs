@@ -16,12 +16,12 @@ pub(super) struct JsObserver {
 }
 
 impl JsObserver {
-    /// `callback` is a function, or anything else for none.
-    pub fn new(callback: &JsValue) -> Self {
+    /// Before `stage`. `callback` is a function, or anything else for none.
+    pub fn new(stage: Stage, callback: &JsValue) -> Self {
         Self {
             callback: callback.dyn_ref::<Function>().cloned(),
             clock: get(&js_sys::global(), "performance").dyn_into().ok(),
-            stage: Stage::Input,
+            stage,
         }
     }
 
