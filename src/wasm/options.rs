@@ -202,18 +202,16 @@ impl Table<'_> {
 
     /// The place among the names that `expected` quotes of the one that is given, `default` where none is.
     fn chosen(&mut self, name: &'static str, expected: &'static str, default: usize) -> usize {
-        let mut names = expected.split('\'').skip(1).step_by(2);
         let given = self.given(name);
-        let mut chosen = default;
-        if !given.is_undefined() {
-            let text = given.as_string();
-            match names.clone().position(|name| text.as_deref() == Some(name)) {
-                Some(at) => chosen = at,
-                None => self.refuse(name, expected, &given),
+        for (at, known) in expected.split(|c| c == '\'').skip(1).step_by(2).enumerate() {
+            let known = JsValue::from_str(known);
+            if given == known || (given.is_undefined() && at == default) {
+                put(&self.all, name, known);
+                return at;
             }
         }
-        put(&self.all, name, names.nth(chosen).into());
-        chosen
+        self.refuse(name, expected, &given);
+        default
     }
 
     fn threshold(&mut self, name: &'static str, expected: &'static str, value: &mut Threshold) {
