@@ -203,9 +203,10 @@ impl Table<'_> {
     /// The place among the names that `expected` quotes of the one that is given, `default` where none is.
     fn chosen(&mut self, name: &'static str, expected: &'static str, default: usize) -> usize {
         let given = self.given(name);
-        for (at, known) in expected.split(|c| c == '\'').skip(1).step_by(2).enumerate() {
-            let known = JsValue::from_str(known);
-            if given == known || (given.is_undefined() && at == default) {
+        for (piece, known) in expected.split('\'').enumerate() {
+            // Every other piece is between quotes.
+            let (at, known) = (piece / 2, JsValue::from_str(known));
+            if piece % 2 == 1 && (given == known || (given.is_undefined() && at == default)) {
                 put(&self.all, name, known);
                 return at;
             }
