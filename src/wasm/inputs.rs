@@ -72,9 +72,7 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
     check_length(name, descriptors.length(), 128 * count)?;
     check_length(name, keypoints.length(), 5 * count)?;
     let numbers = floats(keypoints)?;
-    let mut descriptor_bytes: Vec<[u8; 128]> = Vec::new();
-    reserve(&mut descriptor_bytes, count)?;
-    descriptor_bytes.resize(count, [0; 128]);
+    let mut descriptor_bytes: Vec<[u8; 128]> = zeroed(count)?;
     descriptors.copy_to(descriptor_bytes.as_flattened_mut());
     let keypoint = |&[x, y, scale, angle, response]: &[f32; 5]| Keypoint { x, y, scale, angle, response };
     Ok(Features {
