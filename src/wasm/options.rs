@@ -15,9 +15,8 @@ use crate::{Error, Result};
 /// # Errors
 /// `invalid-argument` for an unknown name or a value out of range.
 pub(super) fn from_js(object: &JsValue) -> Result<Options> {
-    if object.is_undefined() || object.is_null() {
-        return Ok(Options::default());
-    }
+    let none = JsValue::from(Object::new());
+    let object = if object.is_undefined() || object.is_null() { &none } else { object };
     let (options, all) = completed(object)?;
     let [known, keys] = [&all, object].map(|object| Object::keys(object.unchecked_ref::<Object>()));
     for key in (0..keys.length()).map(|i| keys.get(i)) {
