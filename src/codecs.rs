@@ -94,7 +94,7 @@ pub fn encode_gray_png(data: &[u8], width: usize, height: usize) -> Result<Vec<u
 pub fn encode_jpeg(picture: ImageView<'_>, quality: u8) -> Result<Vec<u8>> {
     if !(1..=100).contains(&quality) {
         let value = f64::from(quality);
-        return Err(Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value });
+        return Err(Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value }.into());
     }
     let expected = "at most 65535 pixels wide and high as JPEG";
     let width = side(picture.width(), u16::MAX.into(), expected)?;
@@ -126,7 +126,7 @@ fn write_png(data: &[u8], width: usize, height: usize, color: ExtendedColorType)
 fn side(value: usize, most: u32, expected: &'static str) -> Result<u32> {
     match u32::try_from(value) {
         Ok(v) if v <= most => Ok(v),
-        _ => Err(Error::InvalidArgument { name: "image", expected, value: value as f64 }),
+        _ => Err(Error::InvalidArgument { name: "image", expected, value: value as f64 }.into()),
     }
 }
 
@@ -142,7 +142,7 @@ struct Raw {
 impl Raw {
     /// `bytes_per_pixel` is that of the result, for the prediction in `too-large`.
     fn decode(bytes: &[u8], max_pixels: u64, bytes_per_pixel: u64) -> Result<Self> {
-        let failed = |reason: String| Error::DecodeFailed { bytes: bytes.len() as u64, reason };
+        let failed = |reason: String| Box::new(Error::DecodeFailed { bytes: bytes.len() as u64, reason });
         let broken = |error: ImageError| failed(error.to_string());
         let predict = |(w, h): (u32, u32)| (u64::from(w) * u64::from(h)).saturating_mul(bytes_per_pixel);
         let check_size = |(width, height): (u32, u32)| {
@@ -160,7 +160,7 @@ impl Raw {
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some((bytes.len() as u64).saturating_add(max_pixels.saturating_mul(8)).max(1 << 24));
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
-                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) },
+                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) }.into(),
                 other => broken(other),
             })?;
             Box::new(decoder)

@@ -150,8 +150,8 @@ pub enum Error {
     Aborted,
 }
 
-/// `std::result::Result` with this crate's [`Error`].
-pub type Result<T> = std::result::Result<T, Error>;
+/// `std::result::Result` with this crate's [`Error`], boxed: errors are rare, and what every call returns should be small.
+pub type Result<T> = std::result::Result<T, Box<Error>>;
 
 impl Error {
     /// The stable code, the same in Rust and JavaScript.
@@ -172,30 +172,24 @@ impl Error {
 
     /// The numbers behind the error, by name, for a program to act on.
     pub fn details(&self) -> Vec<(&'static str, f64)> {
-        match *self {
-            Error::InvalidArgument { value, .. } => vec![("value", value)],
-            Error::SizeMismatch { expected, actual, .. } => {
-                vec![("expected", expected as f64), ("actual", actual as f64)]
-            }
+        let numbers: &[(&'static str, f64)] = match *self {
+            Error::InvalidArgument { value, .. } => &[("value", value)],
+            Error::SizeMismatch { expected, actual, .. } => &[("expected", expected as f64), ("actual", actual as f64)],
             Error::TooFewMatches { matches, usable, needed } => {
-                vec![("matches", matches as f64), ("usable", usable as f64), ("needed", needed as f64)]
+                &[("matches", matches as f64), ("usable", usable as f64), ("needed", needed as f64)]
             }
             Error::NoConsensus { matches, inliers, needed } => {
-                vec![("matches", matches as f64), ("inliers", inliers as f64), ("needed", needed as f64)]
+                &[("matches", matches as f64), ("inliers", inliers as f64), ("needed", needed as f64)]
             }
-            Error::DegenerateGeometry { matches, spread } => {
-                vec![("matches", matches as f64), ("spread", spread)]
+            Error::DegenerateGeometry { matches, spread } => &[("matches", matches as f64), ("spread", spread)],
+            Error::NoOverlap { pixels } => &[("pixels", pixels as f64)],
+            Error::TooLarge { width, height, bytes, limit } => {
+                &[("width", width as f64), ("height", height as f64), ("bytes", bytes as f64), ("limit", limit as f64)]
             }
-            Error::NoOverlap { pixels } => vec![("pixels", pixels as f64)],
-            Error::TooLarge { width, height, bytes, limit } => vec![
-                ("width", width as f64),
-                ("height", height as f64),
-                ("bytes", bytes as f64),
-                ("limit", limit as f64),
-            ],
-            Error::OutOfMemory { bytes } => vec![("bytes", bytes as f64)],
-            Error::DecodeFailed { bytes, .. } => vec![("bytes", bytes as f64)],
-            Error::UnknownOption { .. } | Error::Aborted => Vec::new(),
-        }
+            Error::OutOfMemory { bytes } => &[("bytes", bytes as f64)],
+            Error::DecodeFailed { bytes, .. } => &[("bytes", bytes as f64)],
+            Error::UnknownOption { .. } | Error::Aborted => &[],
+        };
+        numbers.to_vec()
     }
 }

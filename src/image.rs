@@ -1,5 +1,8 @@
 //! Pictures, masks and inverse-depth maps: what the stages pass to each other.
 
+use bytemuck::Zeroable;
+use bytemuck::allocation::try_zeroed_slice_box;
+
 use crate::{Error, Result};
 
 /// A borrowed RGBA picture, 8 bit, row by row from the top left. The alpha of an input photo is ignored.
@@ -238,11 +241,11 @@ fn resample(
 /// Checks that `len` values are what width × height × `channels` asks for, without overflow.
 pub(crate) fn check_len(name: &'static str, len: usize, width: usize, height: usize, channels: u64) -> Result<()> {
     if width == 0 || height == 0 {
-        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 });
+        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 }.into());
     }
     let expected = (width as u64).saturating_mul(height as u64).saturating_mul(channels);
     if len as u64 != expected {
-        return Err(Error::SizeMismatch { name, expected, actual: len as u64 });
+        return Err(Error::SizeMismatch { name, expected, actual: len as u64 }.into());
     }
     Ok(())
 }
@@ -253,11 +256,16 @@ pub(crate) fn check_size(name: &'static str, size: (usize, usize), expected: (us
         return Ok(());
     }
     let pixels = |(w, h): (usize, usize)| w as u64 * h as u64;
-    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) })
+    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) }.into())
 }
 
-/// `len` zeros (or defaults), refusing instead of aborting when memory is out.
-pub(crate) fn zeroed<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
+/// `len` zeros, refusing instead of aborting when memory is out.
+pub(crate) fn zeroed<T: Zeroable>(len: usize) -> Result<Vec<T>> {
+    try_zeroed_slice_box(len).map(Vec::from).map_err(|()| out_of_memory(len, size_of::<T>()))
+}
+
+/// `len` defaults, refusing instead of aborting when memory is out.
+pub(crate) fn defaults<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
     let mut v = Vec::new();
     reserve(&mut v, len)?;
     v.resize(len, T::default());
@@ -266,6 +274,11 @@ pub(crate) fn zeroed<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
 
 /// Reserves room for `len` more values, refusing instead of aborting when memory is out.
 pub(crate) fn reserve<T>(v: &mut Vec<T>, len: usize) -> Result<()> {
-    v.try_reserve_exact(len)
-        .map_err(|_| Error::OutOfMemory { bytes: (len as u64).saturating_mul(std::mem::size_of::<T>() as u64) })
+    v.try_reserve_exact(len).map_err(|_| out_of_memory(len, size_of::<T>()))
+}
+
+#[cold]
+#[inline(never)]
+fn out_of_memory(len: usize, size: usize) -> Box<Error> {
+    Error::OutOfMemory { bytes: (len as u64).saturating_mul(size as u64) }.into()
 }

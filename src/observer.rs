@@ -20,5 +20,5 @@ impl Observer for () {}
 
 /// Reports progress, turning a refusal into [`Error::Aborted`].
 pub fn report(observer: &mut dyn Observer, stage: Stage, fraction: f32) -> Result<()> {
-    if observer.progress(stage, fraction) { Ok(()) } else { Err(Error::Aborted) }
+    if observer.progress(stage, fraction) { Ok(()) } else { Err(Error::Aborted.into()) }
 }

@@ -233,7 +233,7 @@ fn reports_progress_and_stops_when_told() {
         for limit in [0.0, 0.1, 0.3, 0.7] {
             let mut watch = Watch { stop_at: Some(limit), ..Watch::default() };
             let stopped = blend(&warped, other.view(), None, &options, &mut watch);
-            assert_eq!(stopped, Err(Error::Aborted), "{options:?} at {limit}");
+            assert_eq!(stopped, Err(Error::Aborted.into()), "{options:?} at {limit}");
         }
     }
 }

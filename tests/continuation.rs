@@ -71,7 +71,7 @@ fn continuation_believes_what_is_trusted() {
     let found = continue_outside(&depth, &sideways(), size, Some(&mask), &mut ()).unwrap();
     assert!((f64::from(found.data()[145 * 200 + 195]) - plane(195.0, 145.0)).abs() < 0.01);
     let small = Mask::empty(3, 3).unwrap();
-    let refused = continue_outside(&depth, &sideways(), size, Some(&small), &mut ());
+    let refused = continue_outside(&depth, &sideways(), size, Some(&small), &mut ()).map_err(|error| *error);
     assert!(matches!(refused, Err(Error::SizeMismatch { name: "trusted", .. })));
     // Nothing inside: nothing to continue.
     let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..sideways() };

@@ -271,7 +271,7 @@ fn reports_progress_and_stops_when_told() {
     assert_eq!((watch.seen[0], watch.seen[watch.seen.len() - 1]), (0.0, 1.0));
     for stop_at in [0.0, 0.3, 1.0] {
         let (image_after, result) = run(&mut Watch { stop_at: Some(stop_at), ..Watch::default() });
-        assert_eq!(result, Err(Error::Aborted));
+        assert_eq!(result, Err(Error::Aborted.into()));
         assert!(stop_at == 1.0 || image_after == image);
     }
 }

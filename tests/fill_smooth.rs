@@ -205,7 +205,7 @@ fn reports_progress_and_stops_when_told() {
 
     let (mut image, mut watch) = (photo.clone(), Watch { stop_at: Some(0.4), ..Watch::default() });
     let result = fill(&mut image, &voids, None, &smooth(5), &mut watch);
-    assert_eq!(result, Err(Error::Aborted));
+    assert_eq!(result, Err(Error::Aborted.into()));
     assert_eq!(image, photo);
 }
 

@@ -329,7 +329,7 @@ fn refuses_options_out_of_range() {
     let small = InverseDepth::constant(0.5, 10, 10).unwrap();
     let frame = Frame { size: (WIDTH, HEIGHT), depth: Some(&small) };
     let error = estimate(&scene.matches, frame, frame, &base(), &mut ()).unwrap_err();
-    assert_eq!(error, Error::SizeMismatch { name: "targetDepth", expected: 76800, actual: 100 });
+    assert_eq!(*error, Error::SizeMismatch { name: "targetDepth", expected: 76800, actual: 100 });
 }
 
 #[test]
@@ -347,7 +347,7 @@ fn stops_when_told() {
     let frame = Frame { size: (WIDTH, HEIGHT), depth: None };
     for patience in [1, 2] {
         let result = estimate(&scene.matches, frame, frame, &EstimateOptions::default(), &mut Impatient(patience));
-        assert_eq!(result, Err(Error::Aborted));
+        assert_eq!(result, Err(Error::Aborted.into()));
     }
 }
 

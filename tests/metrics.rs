@@ -186,11 +186,11 @@ fn one_pixel_of_overlap() {
 fn refuses_what_cannot_be_measured() {
     let reference = reference(12, 10);
     let empty = warped(picture(30, 30, |x, y| if x < 5 && y < 5 { [9, 9, 9, 255] } else { [0; 4] }), (6, 6));
-    assert_eq!(quality(&empty, reference.view()), Err(Error::NoOverlap { pixels: 0 }));
+    assert_eq!(quality(&empty, reference.view()), Err(Error::NoOverlap { pixels: 0 }.into()));
 
     let small = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (4, 0));
     let error = Error::SizeMismatch { name: "canvas width", expected: 16, actual: 15 };
-    assert_eq!(quality(&small, reference.view()), Err(error));
+    assert_eq!(quality(&small, reference.view()), Err(error.into()));
     let far = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (0, usize::MAX));
     assert_eq!(quality(&far, reference.view()).unwrap_err().code(), "size-mismatch");
 }

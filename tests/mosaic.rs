@@ -106,7 +106,7 @@ mod blending {
         let reference = picture(6, 5, |_, _| [1, 2, 3, 255]);
         let canvas = |width, height| picture(width, height, |_, _| EMPTY);
         let whole = |width, height| mask(width, height, |_, _| true);
-        let mismatch = |name, expected, actual| Err(Error::SizeMismatch { name, expected, actual });
+        let mismatch = |name, expected, actual| Err(Error::SizeMismatch { name, expected, actual }.into());
         let right = warped(canvas(8, 8), whole(8, 8), (3, 0));
         assert_eq!(blend(&right, reference.view()), mismatch("canvas width", 9, 8));
         let low = warped(canvas(8, 8), whole(8, 8), (2, 4));

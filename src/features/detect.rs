@@ -70,10 +70,10 @@ fn check(options: &DetectOptions) -> Result<()> {
     let (contrast, edge) = (options.contrast_threshold, options.edge_threshold);
     if !(contrast > 0.0 && contrast <= 1.0) {
         let expected = "above 0 and at most 1";
-        return Err(Error::InvalidArgument { name: "contrastThreshold", expected, value: contrast });
+        return Err(Error::InvalidArgument { name: "contrastThreshold", expected, value: contrast }.into());
     }
     if !(1.0..=1e6).contains(&edge) {
-        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "from 1 to 1000000", value: edge });
+        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "from 1 to 1000000", value: edge }.into());
     }
     Ok(())
 }
@@ -86,7 +86,7 @@ fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
     let pixels = width.saturating_mul(height);
     let bytes = (4 * w).saturating_mul(h).saturating_add(pixels.saturating_mul(7)).saturating_add(width * 1600);
     if bytes > options.max_bytes {
-        return Err(Error::TooLarge { width, height, bytes, limit: options.max_bytes });
+        return Err(Error::TooLarge { width, height, bytes, limit: options.max_bytes }.into());
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::matching::{check, pairs};
 use super::nearest::{Nearest, squared_distance};
 use super::{Features, MatchOptions, Pair};
 use crate::geometry::Model;
-use crate::image::{check_size, zeroed};
+use crate::image::{check_size, defaults, zeroed};
 use crate::observer::{Observer, report};
 use crate::{Error, InverseDepth, Result, Stage};
 
@@ -45,8 +45,8 @@ pub fn match_guided(
     check(target, reference, options)?;
     guide.check(target)?;
     let grid = Grid::new(reference)?;
-    let mut of_target: Vec<Nearest> = zeroed(target.keypoints.len())?;
-    let mut of_reference: Vec<Nearest> = zeroed(reference.keypoints.len())?;
+    let mut of_target: Vec<Nearest> = defaults(target.keypoints.len())?;
+    let mut of_reference: Vec<Nearest> = defaults(reference.keypoints.len())?;
     for (i, (keypoint, descriptor)) in target.keypoints.iter().zip(&target.descriptors).enumerate() {
         if i % BATCH == 0 {
             report(observer, Stage::Match, i as f32 / target.keypoints.len() as f32)?;
@@ -102,16 +102,16 @@ impl Guide<'_> {
     fn check(&self, target: &Features) -> Result<()> {
         for (name, value) in [("band", self.band), ("reach", self.reach)] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::InvalidArgument { name, expected: "a finite number above 0", value });
+                return Err(Error::InvalidArgument { name, expected: "a finite number above 0", value }.into());
             }
         }
         for value in self.range {
             if !value.is_finite() {
-                return Err(Error::InvalidArgument { name: "range", expected: "finite", value });
+                return Err(Error::InvalidArgument { name: "range", expected: "finite", value }.into());
             }
         }
         if !self.forward.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN });
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
         }
         self.depth.map_or(Ok(()), |map| check_size("targetDepth", (map.width(), map.height()), target.size))
     }

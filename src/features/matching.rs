@@ -28,16 +28,18 @@ pub fn match_features(
 
 pub(super) fn check(target: &Features, reference: &Features, options: &MatchOptions) -> Result<()> {
     if !(options.ratio > 0.0 && options.ratio <= 1.0) {
-        return Err(Error::InvalidArgument { name: "ratio", expected: "above 0 and at most 1", value: options.ratio });
+        return Err(
+            Error::InvalidArgument { name: "ratio", expected: "above 0 and at most 1", value: options.ratio }.into()
+        );
     }
     if !(options.max_distance > 0.0 && options.max_distance <= 2.0) {
         let (expected, value) = ("above 0 and at most 2", options.max_distance);
-        return Err(Error::InvalidArgument { name: "maxDistance", expected, value });
+        return Err(Error::InvalidArgument { name: "maxDistance", expected, value }.into());
     }
     for (name, features) in [("target", target), ("reference", reference)] {
         let (expected, actual) = (features.keypoints.len() as u64, features.descriptors.len() as u64);
         if expected != actual {
-            return Err(Error::SizeMismatch { name, expected, actual });
+            return Err(Error::SizeMismatch { name, expected, actual }.into());
         }
     }
     Ok(())

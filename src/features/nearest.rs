@@ -3,7 +3,7 @@
 use wide::{CmpLt, i16x8, i32x4};
 
 use super::LENGTH;
-use crate::image::{reserve, zeroed};
+use crate::image::{defaults, reserve};
 use crate::observer::{Observer, report};
 use crate::{Result, Stage};
 
@@ -80,8 +80,8 @@ pub(super) fn nearest(
     reference: &[[u8; LENGTH]],
     observer: &mut dyn Observer,
 ) -> Result<[Vec<Nearest>; 2]> {
-    let mut of_target: Vec<Nearest> = zeroed(target.len().next_multiple_of(LANES))?;
-    let mut of_reference: Vec<Nearest> = zeroed(reference.len().next_multiple_of(LANES))?;
+    let mut of_target: Vec<Nearest> = defaults(target.len().next_multiple_of(LANES))?;
+    let mut of_reference: Vec<Nearest> = defaults(reference.len().next_multiple_of(LANES))?;
     let (targets, references) = (groups(target)?, groups(reference)?);
     for (block, groups) in references.chunks(BLOCK).enumerate() {
         if block % BLOCKS == 0 {

@@ -45,7 +45,7 @@ pub fn estimate(
     report(observer, Stage::Estimate, 0.0)?;
     let usable = clean(matches, &target, &reference);
     if usable.len() < FLAT_SAMPLE {
-        return Err(Error::TooFewMatches { matches: matches.len(), usable: usable.len(), needed: FLAT_SAMPLE });
+        return Err(Error::TooFewMatches { matches: matches.len(), usable: usable.len(), needed: FLAT_SAMPLE }.into());
     }
     check_spread(&usable)?;
 
@@ -75,7 +75,7 @@ pub fn estimate(
                     return Ok(Estimate { focal, comparison, ..found });
                 }
                 Ok(None) => {}
-                Err(error @ Error::NoConsensus { .. }) => refused = Some(error),
+                Err(error) if matches!(*error, Error::NoConsensus { .. }) => refused = Some(error),
                 Err(error) => return Err(error),
             }
             warnings.push(Warning::ParallaxUnobservable);
@@ -85,9 +85,9 @@ pub fn estimate(
     }
     let flat: Vec<Usable> = usable.iter().map(|m| Usable { target_depth: 0.0, reference_depth: 0.0, ..*m }).collect();
     let fit = Fit::new(&flat, options);
-    let (consensus, models) = fit.homography(options, observer).map_err(|error| match error {
-        Error::NoConsensus { .. } => refused.unwrap_or(error),
-        other => other,
+    let (consensus, models) = fit.homography(options, observer).map_err(|error| match refused {
+        Some(refused) if matches!(*error, Error::NoConsensus { .. }) => refused,
+        _ => error,
     })?;
     fit.finish(matches.len(), consensus, models, ModelKind::Homography, warnings)
 }
@@ -160,7 +160,7 @@ impl<'a> Fit<'a> {
     fn believed(&self, consensus: &Consensus, sample: usize) -> Result<()> {
         let (matches, inliers) = (self.matches.len(), consensus.count());
         let needed = self.needed(matches, sample, consensus.threshold);
-        if inliers < needed { Err(Error::NoConsensus { matches, inliers, needed }) } else { Ok(()) }
+        if inliers < needed { Err(Error::NoConsensus { matches, inliers, needed }.into()) } else { Ok(()) }
     }
 
     /// The depth model in both directions, or `None` when a homography explains the matches as well.
@@ -324,7 +324,7 @@ fn transfer_error(model: &Model, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> 
 
 fn check(options: &EstimateOptions) -> Result<()> {
     let (Threshold::Pixels(threshold) | Threshold::Normalised(threshold)) = options.threshold;
-    let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value });
+    let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value }.into());
     if !(threshold > 0.0 && threshold.is_finite()) {
         return invalid("threshold", "a positive number", threshold);
     }
@@ -350,5 +350,9 @@ fn check_spread(matches: &[Usable]) -> Result<()> {
     let [target, _] = spread(matches.iter().map(|m| m.target));
     let [reference, _] = spread(matches.iter().map(|m| m.reference));
     let spread = target.min(reference);
-    if spread < LEAST_SPREAD { Err(Error::DegenerateGeometry { matches: matches.len(), spread }) } else { Ok(()) }
+    if spread < LEAST_SPREAD {
+        Err(Error::DegenerateGeometry { matches: matches.len(), spread }.into())
+    } else {
+        Ok(())
+    }
 }

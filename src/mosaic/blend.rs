@@ -153,7 +153,7 @@ fn check(warped: &Warped, reference: ImageView<'_>, trusted: Option<&Mask>, opti
         ("bands", options.bands, 10, "between 0 and 10"),
     ] {
         if value > most {
-            return Err(Error::InvalidArgument { name, expected, value: f64::from(value) });
+            return Err(Error::InvalidArgument { name, expected, value: f64::from(value) }.into());
         }
     }
     Ok(())

@@ -69,5 +69,9 @@ pub(crate) fn check_canvas(warped: &Warped, reference: ImageView<'_>) -> Result<
 }
 
 fn check_side(name: &'static str, expected: usize, actual: usize, fits: bool) -> Result<()> {
-    if fits { Ok(()) } else { Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }) }
+    if fits {
+        Ok(())
+    } else {
+        Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into())
+    }
 }

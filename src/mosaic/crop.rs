@@ -105,7 +105,7 @@ pub fn cropped(image: &Image, rect: Rect) -> Result<Image> {
         [("crop width", rect.x, rect.width, image.width), ("crop height", rect.y, rect.height, image.height)]
     {
         if side == 0 || first.checked_add(side).is_none_or(|end| end > whole) {
-            return Err(Error::InvalidArgument { name, expected: "within the picture", value: side as f64 });
+            return Err(Error::InvalidArgument { name, expected: "within the picture", value: side as f64 }.into());
         }
     }
     let mut data = Vec::new();

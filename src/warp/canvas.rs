@@ -49,5 +49,5 @@ impl Canvas {
 /// Refuses `width`×`height` pixels of `bytes_per_pixel`, on top of `already` bytes, when they would exceed `limit`.
 pub(crate) fn check_budget(width: u64, height: u64, bytes_per_pixel: u64, already: u64, limit: u64) -> Result<()> {
     let bytes = width.saturating_mul(height).saturating_mul(bytes_per_pixel).saturating_add(already);
-    if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }) } else { Ok(()) }
+    if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }.into()) } else { Ok(()) }
 }

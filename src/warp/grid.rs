@@ -135,7 +135,7 @@ fn bounds(x: &[i32], y: &[i32]) -> Result<[f64; 4]> {
     let least = |v: &[i32]| v.iter().fold(i32::MAX, |m, &v| m.min(if v == INVALID { i32::MAX } else { v }));
     let most = |v: &[i32]| v.iter().fold(INVALID, |m, &v| m.max(v));
     if most(x) == INVALID {
-        return Err(Error::NoOverlap { pixels: 0 });
+        return Err(Error::NoOverlap { pixels: 0 }.into());
     }
     Ok([least(x), least(y), most(x), most(y)].map(|v| f64::from(v) / SUBPIXEL))
 }

@@ -175,7 +175,8 @@ fn check(
             name: "canvasLimit",
             expected: "from 0 to 100",
             value: options.canvas_limit,
-        });
+        }
+        .into());
     }
     check_views(target, reference, forward, reverse)
 }
@@ -184,7 +185,7 @@ fn check(
 fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
     for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
         if !model.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN });
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
         }
         match view.depth {
             Some(depth) => {
@@ -195,7 +196,8 @@ fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse
                     name,
                     expected: "given, as the model has parallax",
                     value: f64::NAN,
-                });
+                }
+                .into());
             }
             None => {}
         }

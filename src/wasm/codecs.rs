@@ -34,7 +34,7 @@ pub fn decode_depth(
             Samples::Eight(data) => Uint8Array::from(data.as_slice()).into(),
             Samples::Sixteen(data) => Uint16Array::from(data.as_slice()).into(),
         };
-        Ok(sized(&data, gray.width, gray.height))
+        Ok(sized(data, gray.width, gray.height))
     })
 }
 
@@ -73,7 +73,9 @@ pub fn encode_jpeg(
     raise(|| {
         let value = quality.as_f64().unwrap_or(f64::NAN);
         if !(1.0..=100.0).contains(&value) || value.trunc() != value {
-            return Err(Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value });
+            return Err(
+                Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value }.into()
+            );
         }
         let (data, width, height) = image_from_js("image", image)?;
         let jpeg = codecs::encode_jpeg(ImageView::new("image", &data, width, height)?, value as u8)?;
@@ -91,6 +93,6 @@ fn pixel_limit(value: &JsValue) -> Result<u64> {
     if value >= 1.0 {
         Ok(value as u64)
     } else {
-        Err(Error::InvalidArgument { name: "maxPixels", expected: "a number of at least 1", value })
+        Err(Error::InvalidArgument { name: "maxPixels", expected: "a number of at least 1", value }.into())
     }
 }

@@ -8,15 +8,15 @@ use crate::{Error, Result};
 
 /// The JavaScript `Error` for `error`: `message`, and as its own properties `code`, `stage` and `details`.
 pub(crate) fn to_js_error(error: &Error, stage: &str) -> JsValue {
-    let details = Object::new();
+    let details = Object::new().into();
     for (name, value) in error.details() {
-        set(&details, name, &JsValue::from_f64(value));
+        put(&details, name, value.into());
     }
-    let js = js_sys::Error::new(&error.to_string());
-    set(&js, "code", &JsValue::from_str(error.code()));
-    set(&js, "stage", &JsValue::from_str(stage));
-    set(&js, "details", &details);
-    js.into()
+    let js = js_sys::Error::new(&error.to_string()).into();
+    put(&js, "code", error.code().into());
+    put(&js, "stage", stage.into());
+    put(&js, "details", details);
+    js
 }
 
 /// `object[name]`; undefined where there is no such property, or where `object` is no object.
@@ -25,9 +25,14 @@ pub(crate) fn get(object: &JsValue, name: &str) -> JsValue {
 }
 
 /// `object[name] = value`, on an object made here.
-pub(crate) fn set(object: &JsValue, name: &str, value: &JsValue) {
+pub(crate) fn put(object: &JsValue, name: &str, value: JsValue) {
     // Only a frozen object or a throwing setter can fail, and ours have neither.
-    let _ = Reflect::set(object, &JsValue::from_str(name), value);
+    let _ = Reflect::set(object, &JsValue::from_str(name), &value);
+}
+
+/// The error for an argument that is not what it should be.
+pub(crate) fn invalid(name: &'static str, expected: &'static str) -> Box<Error> {
+    Error::InvalidArgument { name, expected, value: f64::NAN }.into()
 }
 
 /// Width and height of `{ width, height }`.
@@ -35,18 +40,20 @@ pub(crate) fn set(object: &JsValue, name: &str, value: &JsValue) {
 /// # Errors
 /// `invalid-argument` unless both are whole numbers from 1 to 2³²−1.
 pub(crate) fn size_from_js(name: &'static str, value: &JsValue) -> Result<(usize, usize)> {
-    let side = |key: &str, expected: &'static str| {
-        let number = get(value, key).as_f64().unwrap_or(f64::NAN);
-        if number >= 1.0 && number <= f64::from(u32::MAX) && number.trunc() == number {
-            Ok(number as usize)
-        } else {
-            Err(Error::InvalidArgument { name, expected, value: number })
-        }
-    };
     Ok((
-        side("width", "an object whose width is a whole number of at least 1")?,
-        side("height", "an object whose height is a whole number of at least 1")?,
+        whole(&get(value, "width"), 1.0, name, "an object whose width is a whole number of at least 1")?,
+        whole(&get(value, "height"), 1.0, name, "an object whose height is a whole number of at least 1")?,
     ))
+}
+
+/// A whole number from `least` to 2³²−1.
+pub(crate) fn whole(value: &JsValue, least: f64, name: &'static str, expected: &'static str) -> Result<usize> {
+    let value = value.as_f64().unwrap_or(f64::NAN);
+    if value >= least && value <= f64::from(u32::MAX) && value.trunc() == value {
+        Ok(value as usize)
+    } else {
+        Err(Error::InvalidArgument { name, expected, value }.into())
+    }
 }
 
 /// RGBA bytes, width and height of an `ImageInput`.
@@ -68,7 +75,7 @@ pub(crate) fn mask_from_js(name: &'static str, value: &JsValue) -> Result<(Vec<u
 fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<(Vec<u8>, usize, usize)> {
     let (width, height) = size_from_js(name, value)?;
     let expected = "an object whose data is a Uint8Array or Uint8ClampedArray";
-    let view = byte_view(&get(value, "data")).ok_or(Error::InvalidArgument { name, expected, value: f64::NAN })?;
+    let view = byte_view(&get(value, "data")).ok_or_else(|| invalid(name, expected))?;
     check_len(name, view.length() as usize, width, height, channels)?;
     Ok((copy(&view)?, width, height))
 }
@@ -79,22 +86,21 @@ fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<
 /// `invalid-argument` for anything else, `out-of-memory`.
 #[cfg(feature = "codecs")]
 pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u8>> {
-    let expected = "a Uint8Array";
-    copy(&byte_view(value).ok_or(Error::InvalidArgument { name, expected, value: f64::NAN })?)
+    copy(&byte_view(value).ok_or_else(|| invalid(name, "a Uint8Array"))?)
 }
 
 /// `{ data: Uint8ClampedArray, width, height }`, owned by JavaScript.
 pub(crate) fn image_to_js(data: &[u8], width: usize, height: usize) -> JsValue {
-    sized(&Uint8ClampedArray::from(data), width, height)
+    sized(Uint8ClampedArray::from(data).into(), width, height)
 }
 
 /// `{ data, width, height }`.
-pub(crate) fn sized(data: &JsValue, width: usize, height: usize) -> JsValue {
-    let object = Object::new();
-    set(&object, "data", data);
-    set(&object, "width", &JsValue::from_f64(width as f64));
-    set(&object, "height", &JsValue::from_f64(height as f64));
-    object.into()
+pub(crate) fn sized(data: JsValue, width: usize, height: usize) -> JsValue {
+    let object = Object::new().into();
+    put(&object, "data", data);
+    put(&object, "width", (width as f64).into());
+    put(&object, "height", (height as f64).into());
+    object
 }
 
 fn byte_view(value: &JsValue) -> Option<Uint8Array> {

@@ -4,7 +4,7 @@ use js_sys::{Float32Array, Float64Array, Uint8Array, Uint16Array};
 use nalgebra::{Matrix3, Vector3};
 use wasm_bindgen::{JsCast, JsValue};
 
-use super::convert::{get, image_from_js, mask_from_js, size_from_js};
+use super::convert::{get, image_from_js, invalid, mask_from_js, size_from_js, whole};
 use crate::features::{Features, Keypoint};
 use crate::geometry::{Match, Model};
 use crate::image::{DepthKind, check_len, reserve, zeroed};
@@ -32,44 +32,31 @@ pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -
     let kind = match get(value, "kind").as_string().as_deref() {
         Some("inverse") => DepthKind::Inverse,
         Some("metric") => DepthKind::Metric,
-        _ => {
-            let expected = "an object whose kind is 'inverse' or 'metric'";
-            return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
-        }
+        _ => return Err(invalid(name, "an object whose kind is 'inverse' or 'metric'")),
     };
     let data = get(value, "data");
-    let length = get(&data, "length").as_f64().unwrap_or(0.0) as usize;
+    if !data.is_instance_of::<Float32Array>()
+        && !data.is_instance_of::<Uint16Array>()
+        && !data.is_instance_of::<Uint8Array>()
+    {
+        return Err(invalid(name, "an object whose data is a Float32Array, Uint16Array or Uint8Array"));
+    }
+    // Read as floats, whichever they are: `set` converts.
+    let data: &Float32Array = data.unchecked_ref();
+    check_len(name, data.length() as usize, width, height, 1)?;
     let invalid = get(value, "invalid").as_f64().map(|v| v as f32);
-    let raw: Vec<f32> = if let Some(data) = data.dyn_ref::<Float32Array>() {
-        check_len(name, length, width, height, 1)?;
-        let mut raw = zeroed(length)?;
-        data.copy_to(&mut raw);
-        raw
-    } else if let Some(data) = data.dyn_ref::<Uint16Array>() {
-        check_len(name, length, width, height, 1)?;
-        let mut raw: Vec<u16> = zeroed(length)?;
-        data.copy_to(&mut raw);
-        widen(&raw)?
-    } else if let Some(data) = data.dyn_ref::<Uint8Array>() {
-        check_len(name, length, width, height, 1)?;
-        let mut raw: Vec<u8> = zeroed(length)?;
-        data.copy_to(&mut raw);
-        widen(&raw)?
-    } else {
-        let expected = "an object whose data is a Float32Array, Uint16Array or Uint8Array";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
-    };
-    InverseDepth::new(name, &raw, (width, height), kind, invalid, size).map(Some)
+    InverseDepth::new(name, &floats(data)?, (width, height), kind, invalid, size).map(Some)
 }
 
-fn widen<T: Copy>(raw: &[T]) -> Result<Vec<f32>>
-where
-    f32: From<T>,
-{
-    let mut out = Vec::new();
-    reserve(&mut out, raw.len())?;
-    out.extend(raw.iter().map(|&v| f32::from(v)));
-    Ok(out)
+fn floats(array: &Float32Array) -> Result<Vec<f32>> {
+    let mut floats = zeroed(array.length() as usize)?;
+    array.copy_to(&mut floats);
+    Ok(floats)
+}
+
+fn check_length(name: &'static str, actual: u32, expected: usize) -> Result<()> {
+    let (expected, actual) = (expected as u64, u64::from(actual));
+    if actual == expected { Ok(()) } else { Err(Error::SizeMismatch { name, expected, actual }.into()) }
 }
 
 /// A `Features`.
@@ -79,21 +66,13 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
     let (Some(keypoints), Some(descriptors)) =
         (keypoints.dyn_ref::<Float32Array>(), descriptors.dyn_ref::<Uint8Array>())
     else {
-        let expected = "an object whose keypoints are a Float32Array and descriptors a Uint8Array";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+        return Err(invalid(name, "an object whose keypoints are a Float32Array and descriptors a Uint8Array"));
     };
     let count = descriptors.length() as usize / 128;
-    for (per, actual) in [(128, descriptors.length()), (5, keypoints.length())] {
-        let (expected, actual) = (per * count as u64, u64::from(actual));
-        if actual != expected {
-            return Err(Error::SizeMismatch { name, expected, actual });
-        }
-    }
-    let mut numbers: Vec<f32> = zeroed(5 * count)?;
-    keypoints.copy_to(&mut numbers);
-    let mut descriptor_bytes: Vec<[u8; 128]> = Vec::new();
-    reserve(&mut descriptor_bytes, count)?;
-    descriptor_bytes.resize(count, [0; 128]);
+    check_length(name, descriptors.length(), 128 * count)?;
+    check_length(name, keypoints.length(), 5 * count)?;
+    let numbers = floats(keypoints)?;
+    let mut descriptor_bytes: Vec<[u8; 128]> = zeroed(count)?;
     descriptors.copy_to(descriptor_bytes.as_flattened_mut());
     let keypoint = |&[x, y, scale, angle, response]: &[f32; 5]| Keypoint { x, y, scale, angle, response };
     Ok(Features {
@@ -107,24 +86,15 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
 pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
     let name = "matches";
     let Some(array) = value.dyn_ref::<Float32Array>() else {
-        let expected = "a Float32Array of xt, yt, xr, yr";
-        return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+        return Err(invalid(name, "a Float32Array of xt, yt, xr, yr"));
     };
-    let length = array.length();
-    if length % 4 != 0 {
-        let expected = u64::from(length / 4 * 4);
-        return Err(Error::SizeMismatch { name, expected, actual: u64::from(length) });
-    }
-    let mut flat: Vec<f32> = zeroed(length as usize)?;
-    array.copy_to(&mut flat);
+    check_length(name, array.length(), array.length() as usize / 4 * 4)?;
+    let flat = floats(array)?;
     let mut out = Vec::new();
     reserve(&mut out, flat.len() / 4)?;
-    out.extend(
-        flat.chunks_exact(4).map(|m| Match {
-            target: [f64::from(m[0]), f64::from(m[1])],
-            reference: [f64::from(m[2]), f64::from(m[3])],
-        }),
-    );
+    for &[xt, yt, xr, yr] in flat.as_chunks().0 {
+        out.push(Match { target: [xt.into(), yt.into()], reference: [xr.into(), yr.into()] });
+    }
     Ok(out)
 }
 
@@ -135,32 +105,25 @@ pub(super) fn optional_matches(inputs: &JsValue) -> Result<Option<Vec<Match>>> {
 
 /// A `Model`.
 pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
-    let numbers = |key: &str, expected: usize| -> Result<Vec<f64>> {
+    let numbers = |key: &str, numbers: &mut [f64]| {
         let array = get(value, key);
         let Some(array) = array.dyn_ref::<Float64Array>() else {
-            let expected = "an object whose h and e are Float64Arrays";
-            return Err(Error::InvalidArgument { name, expected, value: f64::NAN });
+            return Err(invalid(name, "an object whose h and e are Float64Arrays"));
         };
-        if array.length() as usize != expected {
-            return Err(Error::SizeMismatch { name, expected: expected as u64, actual: u64::from(array.length()) });
-        }
-        Ok(array.to_vec())
+        check_length(name, array.length(), numbers.len())?;
+        array.copy_to(numbers);
+        Ok(())
     };
-    Ok(Model { h: Matrix3::from_row_slice(&numbers("h", 9)?), e: Vector3::from_column_slice(&numbers("e", 3)?) })
+    let (mut h, mut e) = ([0.0; 9], [0.0; 3]);
+    numbers("h", &mut h)?;
+    numbers("e", &mut e)?;
+    Ok(Model { h: Matrix3::from_row_slice(&h), e: Vector3::from(e) })
 }
 
 /// A `Warped`.
 pub(super) fn warped(value: &JsValue) -> Result<Warped> {
     let offset = get(value, "offset");
-    let side = |key: &str| {
-        let number = get(&offset, key).as_f64().unwrap_or(f64::NAN);
-        if number >= 0.0 && number <= f64::from(u32::MAX) && number.floor() == number {
-            Ok(number as usize)
-        } else {
-            let expected = "two whole numbers of at least 0";
-            Err(Error::InvalidArgument { name: "offset", expected, value: number })
-        }
-    };
+    let side = |key: &str| whole(&get(&offset, key), 0.0, "offset", "two whole numbers of at least 0");
     Ok(Warped {
         image: image("warped", &get(value, "warped"))?,
         footprint: mask("footprint", &get(value, "footprint"))?,

@@ -1,28 +1,29 @@
 //! Progress and time through JavaScript.
 
 use js_sys::Function;
-use wasm_bindgen::{JsCast, JsValue};
-use web_sys::Performance;
+use wasm_bindgen::prelude::*;
 
-use super::convert::{get, to_js_error};
+use super::convert::to_js_error;
 use crate::observer::Observer;
 use crate::{Error, Stage};
+
+#[wasm_bindgen]
+extern "C" {
+    /// The clock of browsers, workers and Node; an error where there is none.
+    #[wasm_bindgen(js_namespace = performance, catch)]
+    fn now() -> Result<f64, JsValue>;
+}
 
 /// Calls `onProgress(stage, fraction)`. Where the callback returns `false` or throws, the call is stopped.
 pub(super) struct JsObserver {
     callback: Option<Function>,
-    clock: Option<Performance>,
     stage: Stage,
 }
 
 impl JsObserver {
-    /// `callback` is a function, or anything else for none.
-    pub fn new(callback: &JsValue) -> Self {
-        Self {
-            callback: callback.dyn_ref::<Function>().cloned(),
-            clock: get(&js_sys::global(), "performance").dyn_into().ok(),
-            stage: Stage::Input,
-        }
+    /// Before `stage`. `callback` is a function, or anything else for none.
+    pub fn new(stage: Stage, callback: &JsValue) -> Self {
+        Self { callback: callback.dyn_ref::<Function>().cloned(), stage }
     }
 
     /// The JavaScript error for `error`, which names the stage reached.
@@ -40,6 +41,6 @@ impl Observer for JsObserver {
     }
 
     fn now(&mut self) -> f64 {
-        self.clock.as_ref().map_or(0.0, Performance::now)
+        now().unwrap_or(0.0)
     }
 }

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use js_sys::{Array, Float32Array, Float64Array, Object, Uint8Array, Uint32Array};
 use wasm_bindgen::JsValue;
 
-use super::convert::{image_to_js, set, sized};
+use super::convert::{image_to_js, put, sized};
 use crate::features::{Features, Keypoint, Pair};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::metrics::Quality;
@@ -15,11 +15,11 @@ use crate::report::Warning;
 use crate::warp::Warped;
 use crate::{Image, InverseDepth, Mask, Stage};
 
-/// An object from names and values.
-fn object(fields: &[(&str, JsValue)]) -> JsValue {
-    let object = Object::new();
-    fields.iter().for_each(|(name, value)| set(&object, name, value));
-    object.into()
+/// An object of numbers.
+fn numbers(fields: &[(&str, f64)]) -> JsValue {
+    let object = Object::new().into();
+    fields.iter().for_each(|&(name, value)| put(&object, name, value.into()));
+    object
 }
 
 /// Adds the fields of `Geometry` to `to`.
@@ -32,45 +32,46 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
         ModelKind::TwoView => "two-view",
         ModelKind::Homography => "homography",
     };
-    let remarks: Array = warnings
-        .iter()
-        .map(|warning| object(&[("code", warning.code().into()), ("message", warning.message().into())]))
-        .collect();
-    let report = object(&[
-        ("model", kind.into()),
-        ("matches", geometry.inliers.len().into()),
-        ("usable", geometry.usable.into()),
-        ("inliers", count.into()),
-        ("threshold", geometry.threshold.into()),
-        ("trials", geometry.trials.into()),
-        ("residual", Array::of2(&geometry.residual[0].into(), &geometry.residual[1].into()).into()),
-        ("focalLength", geometry.focal.map_or(JsValue::NULL, JsValue::from)),
-        ("warnings", remarks.into()),
+    let remarks = Array::new();
+    for warning in warnings {
+        let remark = Object::new().into();
+        put(&remark, "code", warning.code().into());
+        put(&remark, "message", warning.message().into());
+        remarks.push(&remark);
+    }
+    let report = numbers(&[
+        ("matches", geometry.inliers.len() as f64),
+        ("usable", geometry.usable as f64),
+        ("inliers", count as f64),
+        ("threshold", geometry.threshold),
+        ("trials", f64::from(geometry.trials)),
     ]);
-    set(to, "forward", &model(&geometry.forward));
-    set(to, "reverse", &model(&geometry.reverse));
-    set(to, "inliers", &Uint8Array::from(inliers.as_slice()));
-    set(to, "report", &report);
+    put(&report, "model", kind.into());
+    put(&report, "residual", list(&geometry.residual));
+    put(&report, "focalLength", geometry.focal.map_or(JsValue::NULL, JsValue::from));
+    put(&report, "warnings", remarks.into());
+    put(to, "forward", model(&geometry.forward));
+    put(to, "reverse", model(&geometry.reverse));
+    put(to, "inliers", Uint8Array::from(inliers.as_slice()).into());
+    put(to, "report", report);
 }
 
 /// A `Features`.
 pub(super) fn features(features: &Features) -> JsValue {
-    let numbers = |k: &Keypoint| [k.x, k.y, k.scale, k.angle, k.response];
-    let keypoints: Vec<f32> = features.keypoints.iter().flat_map(numbers).collect();
+    let fields = |k: &Keypoint| [k.x, k.y, k.scale, k.angle, k.response];
+    let keypoints: Vec<f32> = features.keypoints.iter().flat_map(fields).collect();
     let (width, height) = features.size;
-    object(&[
-        ("keypoints", Float32Array::from(keypoints.as_slice()).into()),
-        ("descriptors", Uint8Array::from(features.descriptors.as_flattened()).into()),
-        ("width", width.into()),
-        ("height", height.into()),
-    ])
+    let object = numbers(&[("width", width as f64), ("height", height as f64)]);
+    put(&object, "keypoints", Float32Array::from(keypoints.as_slice()).into());
+    put(&object, "descriptors", Uint8Array::from(features.descriptors.as_flattened()).into());
+    object
 }
 
 /// Adds the fields of `Matches` to `to`.
 pub(super) fn add_matches(to: &JsValue, found: &[Match], pairs: &[Pair]) {
     let pairs: Vec<u32> = pairs.iter().flat_map(|pair| [pair.target, pair.reference]).collect();
-    set(to, "matches", &matches(found));
-    set(to, "pairs", &Uint32Array::from(pairs.as_slice()));
+    put(to, "matches", matches(found));
+    put(to, "pairs", Uint32Array::from(pairs.as_slice()).into());
 }
 
 /// xt, yt, xr, yr of every match.
@@ -82,36 +83,34 @@ pub(super) fn matches(matches: &[Match]) -> JsValue {
 
 /// Adds the fields of `Warped` to `to`.
 pub(super) fn add_warped(to: &JsValue, warped: &Warped) {
-    let offset = object(&[("x", warped.offset.0.into()), ("y", warped.offset.1.into())]);
-    set(to, "warped", &image(&warped.image));
-    set(to, "footprint", &mask(&warped.footprint));
-    set(to, "offset", &offset);
-    set(to, "clipped", &warped.clipped.into());
+    put(to, "warped", image(&warped.image));
+    put(to, "footprint", mask(&warped.footprint));
+    put(to, "offset", numbers(&[("x", warped.offset.0 as f64), ("y", warped.offset.1 as f64)]));
+    put(to, "clipped", warped.clipped.into());
 }
 
 /// Adds the fields of `Mosaic` to `to`.
 pub(super) fn add_mosaic(to: &JsValue, mosaic: &crate::mosaic::Mosaic) {
-    set(to, "mosaic", &image(&mosaic.image));
-    set(to, "voidMask", &mask(&mosaic.voids));
-    set(to, "seam", &mask(&mosaic.seam));
-    let [red, green, blue] = mosaic.gains;
-    set(to, "gains", &Array::of3(&red.into(), &green.into(), &blue.into()));
+    put(to, "mosaic", image(&mosaic.image));
+    put(to, "voidMask", mask(&mosaic.voids));
+    put(to, "seam", mask(&mosaic.seam));
+    put(to, "gains", list(&mosaic.gains));
 }
 
 pub(super) fn quality(quality: &Quality) -> JsValue {
-    object(&[
-        ("psnrBbox", quality.psnr_bbox.into()),
-        ("ssimBbox", quality.ssim_bbox.into()),
-        ("psnrMask", quality.psnr_mask.into()),
-        ("ssimMask", quality.ssim_mask.into()),
-        ("coverage", quality.coverage.into()),
+    numbers(&[
+        ("psnrBbox", quality.psnr_bbox),
+        ("ssimBbox", quality.ssim_bbox),
+        ("psnrMask", quality.psnr_mask),
+        ("ssimMask", quality.ssim_mask),
+        ("coverage", quality.coverage),
     ])
 }
 
 pub(super) fn times(times: &[(Stage, f64)]) -> JsValue {
-    let to = Object::new();
-    times.iter().for_each(|(stage, ms)| set(&to, stage.name(), &(*ms).into()));
-    to.into()
+    let object = Object::new().into();
+    times.iter().for_each(|&(stage, ms)| put(&object, stage.name(), ms.into()));
+    object
 }
 
 pub(super) fn image(image: &Image) -> JsValue {
@@ -122,34 +121,46 @@ pub(super) fn image(image: &Image) -> JsValue {
 pub(super) fn add_depth(to: &JsValue, maps: &[Option<impl Borrow<InverseDepth>>; 2]) {
     for (name, map) in ["targetDepth", "referenceDepth"].into_iter().zip(maps) {
         if let Some(map) = map {
-            set(to, name, &depth(map.borrow()));
+            put(to, name, depth(map.borrow()));
         }
     }
 }
 
 /// The rectangles of a mosaic.
 pub(super) fn crops(crops: &Crops) -> JsValue {
-    let rect = |rect: Option<Rect>| {
-        rect.map_or(JsValue::NULL, |r| {
-            object(&[("x", r.x.into()), ("y", r.y.into()), ("width", r.width.into()), ("height", r.height.into())])
-        })
-    };
-    object(&[("inner", rect(crops.inner)), ("bounds", rect(crops.bounds))])
+    let object = Object::new().into();
+    for (name, rect) in [("inner", crops.inner), ("bounds", crops.bounds)] {
+        let sides = |r: Rect| [("x", r.x), ("y", r.y), ("width", r.width), ("height", r.height)];
+        let rect = rect.map(|rect| numbers(&sides(rect).map(|(name, side)| (name, side as f64))));
+        put(&object, name, rect.unwrap_or(JsValue::NULL));
+    }
+    object
 }
 
 /// A `DepthOutput`.
 fn depth(depth: &InverseDepth) -> JsValue {
-    let data = Float32Array::from(depth.data());
-    let js = sized(&data, depth.width(), depth.height());
-    set(&js, "kind", &"inverse".into());
+    let js = sized(Float32Array::from(depth.data()).into(), depth.width(), depth.height());
+    put(&js, "kind", "inverse".into());
     js
 }
 
 pub(super) fn mask(mask: &Mask) -> JsValue {
-    sized(&Uint8Array::from(mask.data.as_slice()), mask.width, mask.height)
+    sized(Uint8Array::from(mask.data.as_slice()).into(), mask.width, mask.height)
 }
 
 fn model(model: &Model) -> JsValue {
-    let h: [f64; 9] = std::array::from_fn(|i| model.h[(i / 3, i % 3)]);
-    object(&[("h", Float64Array::from(h.as_slice()).into()), ("e", Float64Array::from(model.e.as_slice()).into())])
+    let object = Object::new().into();
+    // The matrix is stored column by column.
+    put(&object, "h", Float64Array::from(model.h.transpose().as_slice()).into());
+    put(&object, "e", Float64Array::from(model.e.as_slice()).into());
+    object
+}
+
+/// An array of numbers.
+fn list(numbers: &[f64]) -> JsValue {
+    let array = Array::new();
+    for &number in numbers {
+        array.push(&number.into());
+    }
+    array.into()
 }

@@ -3,7 +3,7 @@
 use js_sys::Object;
 use wasm_bindgen::prelude::*;
 
-use super::convert::{get, set, size_from_js};
+use super::convert::{get, put, size_from_js};
 use super::observer::JsObserver;
 use super::{inputs, options, results};
 use crate::geometry::{self, Frame};
@@ -94,7 +94,7 @@ pub fn version() -> String {
 /// Every option with its default in a mode.
 #[wasm_bindgen(js_name = defaultOptions)]
 pub fn default_options(mode: &ModeName) -> std::result::Result<FullOptions, JsValue> {
-    observed(&JsValue::UNDEFINED, |_| options::defaults(mode))
+    observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| options::defaults(mode)).map(JsCast::unchecked_into)
 }
 
 /// Bytes of wasm memory. It never shrinks, so this is the peak.
@@ -113,7 +113,7 @@ pub fn stitch(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<StitchResult, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let start = observer.now();
         observer.progress(Stage::Input, 0.0);
         let mut options = options::from_js(options)?;
@@ -126,17 +126,18 @@ pub fn stitch(
         results::add_geometry(&result, &done.geometry, &done.warnings);
         results::add_warped(&result, &done.warped);
         results::add_mosaic(&result, &done.mosaic);
-        set(&result, "crop", &results::crops(&done.crops));
+        put(&result, "crop", results::crops(&done.crops));
         if options.output_depth {
             results::add_depth(&result, &done.depth);
         }
         let mut times = vec![(Stage::Input, input_time)];
         times.extend(done.times);
-        set(&result, "matches", &results::matches(done.matches.as_deref().or(matches.as_deref()).unwrap_or_default()));
-        set(&result, "quality", &results::quality(&done.quality));
-        set(&result, "times", &results::times(&times));
+        put(&result, "matches", results::matches(done.matches.as_deref().or(matches.as_deref()).unwrap_or_default()));
+        put(&result, "quality", results::quality(&done.quality));
+        put(&result, "times", results::times(&times));
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Features of one photo.
@@ -146,12 +147,13 @@ pub fn detect(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<FeaturesObject, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
         let image = lone_image("image", image, options.warp.max_bytes)?;
         let features = features::detect(image.view(), &options.features.detect, observer)?;
         Ok(results::features(&features))
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Matching of features alone.
@@ -162,7 +164,7 @@ pub fn match_features(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<MatchesObject, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?.features.matching;
         let (target, reference) = (inputs::features("target", target)?, inputs::features("reference", reference)?);
         let pairs = features::match_features(&target, &reference, &options, observer)?;
@@ -170,6 +172,7 @@ pub fn match_features(
         results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Features of both photos, and their matches.
@@ -180,7 +183,7 @@ pub fn match_images(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<ImageMatches, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
         let max_bytes = options.warp.max_bytes;
         let found = |name, image, observer: &mut JsObserver| {
@@ -192,10 +195,11 @@ pub fn match_images(
         let pairs = features::match_features(&target, &reference, &options.features.matching, observer)?;
         let result = JsValue::from(Object::new());
         results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
-        set(&result, "target", &results::features(&target));
-        set(&result, "reference", &results::features(&reference));
+        put(&result, "target", results::features(&target));
+        put(&result, "reference", results::features(&reference));
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Robust fit and refinement alone.
@@ -205,7 +209,7 @@ pub fn estimate(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<Geometry, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
         let target_size = size_from_js("targetSize", &get(inputs, "targetSize"))?;
         let reference_size = size_from_js("referenceSize", &get(inputs, "referenceSize"))?;
@@ -224,6 +228,7 @@ pub fn estimate(
         results::add_geometry(&result, &geometry, &geometry.warnings);
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// The first half of the whole way.
@@ -235,7 +240,7 @@ pub fn align(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<AlignmentObject, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
         let photos = Photos::read(target, reference, inputs, options.warp.max_bytes)?;
         let given = inputs::optional_matches(inputs)?;
@@ -243,11 +248,12 @@ pub fn align(
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &aligned.geometry, &aligned.geometry.warnings);
         let matches = aligned.matches.as_deref().or(given.as_deref());
-        set(&result, "matches", &results::matches(matches.unwrap_or_default()));
+        put(&result, "matches", results::matches(matches.unwrap_or_default()));
         results::add_depth(&result, &aligned.depth);
-        set(&result, "trusted", &aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
+        put(&result, "trusted", aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Rendering alone.
@@ -260,7 +266,7 @@ pub fn warp(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<WarpedObject, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?.warp;
         let photos = Photos::read(target, reference, depths, options.max_bytes)?;
         let forward = inputs::model("forward", &get(models, "forward"))?;
@@ -270,6 +276,7 @@ pub fn warp(
         results::add_warped(&result, &warped);
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Blending alone.
@@ -281,7 +288,7 @@ pub fn blend(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<MosaicObject, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Blend, on_progress, &mut |observer| {
         observer.progress(Stage::Blend, 0.0);
         let options = options::from_js(options)?.blend;
         let warped = inputs::warped(warped)?;
@@ -293,6 +300,7 @@ pub fn blend(
         results::add_mosaic(&result, &mosaic);
         Ok(result)
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// Filling alone. `options.fill` plays no part: to call is to ask for it.
@@ -303,7 +311,7 @@ pub fn fill(
     options: &PartialOptions,
     on_progress: &OnProgress,
 ) -> std::result::Result<ImageOutput, JsValue> {
-    observed(on_progress, |observer| {
+    observed(Stage::Fill, on_progress, &mut |observer| {
         observer.progress(Stage::Fill, 0.0);
         let options = options::from_js(options)?.fill.unwrap_or_default();
         let mut image = inputs::image("mosaic", mosaic)?;
@@ -311,26 +319,29 @@ pub fn fill(
         mosaic::fill(&mut image, &voids, None, &options, observer)?;
         Ok(results::image(&image))
     })
+    .map(JsCast::unchecked_into)
 }
 
 /// PSNR, SSIM and coverage alone.
 #[wasm_bindgen]
 pub fn measure(warped: &WarpedObject, reference: &ImageInput) -> std::result::Result<QualityObject, JsValue> {
-    observed(&JsValue::UNDEFINED, |observer| {
+    observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
         observer.progress(Stage::Measure, 0.0);
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
         Ok(results::quality(&metrics::quality(&warped, reference.view())?))
     })
+    .map(JsCast::unchecked_into)
 }
 
-/// Runs `f` and turns its error into a JavaScript one that names the stage it came from.
-fn observed<T: JsCast>(
+/// Runs `f`, which starts with `stage`, and turns its error into a JavaScript one that names the stage it came from.
+fn observed(
+    stage: Stage,
     on_progress: &JsValue,
-    f: impl FnOnce(&mut JsObserver) -> Result<JsValue>,
-) -> std::result::Result<T, JsValue> {
-    let mut observer = JsObserver::new(on_progress);
-    f(&mut observer).map(JsCast::unchecked_into).map_err(|error| observer.error(&error))
+    f: &mut dyn FnMut(&mut JsObserver) -> Result<JsValue>,
+) -> std::result::Result<JsValue, JsValue> {
+    let mut observer = JsObserver::new(stage, on_progress);
+    f(&mut observer).map_err(|error| observer.error(&error))
 }
 
 /// A photo that is looked at alone.

@@ -5,7 +5,7 @@
 use depthstitch::geometry::{Estimate, EstimateOptions, Frame, Match, Model, Threshold, estimate};
 use depthstitch::image::DepthKind;
 use depthstitch::report::Warning;
-use depthstitch::{InverseDepth, Result};
+use depthstitch::{Error, InverseDepth};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
@@ -114,7 +114,7 @@ impl Scene {
         self
     }
 
-    pub fn fit(&self, options: &EstimateOptions) -> Result<Estimate> {
+    pub fn fit(&self, options: &EstimateOptions) -> Result<Estimate, Error> {
         fit(&self.matches, Some([&self.depth[0], &self.depth[1]]), options)
     }
 
@@ -131,12 +131,12 @@ impl Scene {
     }
 }
 
-pub fn fit(matches: &[Match], depth: Option<[&[f32]; 2]>, options: &EstimateOptions) -> Result<Estimate> {
+pub fn fit(matches: &[Match], depth: Option<[&[f32]; 2]>, options: &EstimateOptions) -> Result<Estimate, Error> {
     let size = (WIDTH, HEIGHT);
     let map = |raw: &[f32]| InverseDepth::new("depth", raw, size, DepthKind::Inverse, None, size).unwrap();
     let maps = depth.map(|[a, b]| [map(a), map(b)]);
     let frame = |i: usize| Frame { size, depth: maps.as_ref().map(|m| &m[i]) };
-    estimate(matches, frame(0), frame(1), options, &mut ())
+    estimate(matches, frame(0), frame(1), options, &mut ()).map_err(|error| *error)
 }
 
 pub fn both_thresholds() -> [EstimateOptions; 2] {

@@ -72,7 +72,7 @@ pub fn two_view(
     let frames = [target, reference].map(|image| Frame { size: (image.width(), image.height()), depth: None });
     // What a homography explains is no parallax; but where there is much of it, no homography may be found.
     let flat = match estimate(matches, frames[0], frames[1], options, observer) {
-        Err(error @ Error::NoConsensus { .. }) => Err(error),
+        Err(error) if matches!(*error, Error::NoConsensus { .. }) => Err(error),
         other => Ok(other?),
     };
     let usable = clean(matches, &frames[0], &frames[1]);

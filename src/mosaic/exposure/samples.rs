@@ -1,6 +1,6 @@
 //! What both photos say about the brightness of the same places.
 
-use crate::image::{reserve, zeroed};
+use crate::image::{defaults, reserve};
 use crate::mosaic::canvas::Placed;
 use crate::mosaic::span::Span;
 use crate::{Image, Result};
@@ -41,7 +41,7 @@ pub(super) fn collect(
     let side = width.max(height).div_ceil(CELLS).max(4);
     let stride = (side / TAPS).max(1);
     let columns = width.div_ceil(side);
-    let mut sums: Vec<Sums> = zeroed(columns)?;
+    let mut sums: Vec<Sums> = defaults(columns)?;
     let mut samples = Vec::new();
     reserve(&mut samples, columns * height.div_ceil(side))?;
     let pixels = image.data.as_chunks::<4>().0;

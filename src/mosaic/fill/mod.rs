@@ -139,7 +139,7 @@ fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptio
         [("voids width", image.width, voids.width), ("voids height", image.height, voids.height)]
     {
         if expected != actual {
-            return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 });
+            return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into());
         }
     }
     if let Some(Guide { depth, .. }) = guide {
@@ -147,11 +147,11 @@ fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptio
     }
     if !(1..=64).contains(&options.radius) {
         let value = f64::from(options.radius);
-        return Err(Error::InvalidArgument { name: "fillRadius", expected: "between 1 and 64 pixels", value });
+        return Err(Error::InvalidArgument { name: "fillRadius", expected: "between 1 and 64 pixels", value }.into());
     }
     if !(0.0..=100.0).contains(&options.max_width) {
         let value = options.max_width;
-        return Err(Error::InvalidArgument { name: "fillMaxWidth", expected: "from 0 to 100", value });
+        return Err(Error::InvalidArgument { name: "fillMaxWidth", expected: "from 0 to 100", value }.into());
     }
     Ok(())
 }

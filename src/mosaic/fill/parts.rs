@@ -3,7 +3,7 @@
 use super::super::crop::Rect;
 use super::cluster::Cluster;
 use super::distance::{STRAIGHT, spread, starts};
-use crate::image::zeroed;
+use crate::image::defaults;
 use crate::{Image, Result};
 
 /// What becomes of a pixel.
@@ -44,7 +44,7 @@ impl Parts {
             !cluster.is_void(x, y) && image.data[4 * (y * image.width + x) + 3] != 0
         })?;
         spread(&mut inwards, window.width);
-        let mut parts: Vec<Part> = zeroed(cells)?;
+        let mut parts: Vec<Part> = defaults(cells)?;
         for (cell, part) in parts.iter_mut().enumerate() {
             let (x, y) = place(cell);
             if cluster.contains(x, y) {

@@ -2,7 +2,7 @@
 
 use super::level::Level;
 use super::{BOTH, COARSEST};
-use crate::image::zeroed;
+use crate::image::defaults;
 use crate::mosaic::canvas::{Placed, rectangle};
 use crate::mosaic::span::Span;
 use crate::{Image, Mask, Result};
@@ -24,7 +24,7 @@ pub(super) fn finest(
     let size = (seam.width, seam.height);
     let Some((columns, rows)) = rectangle(size, margin, &|i| seam.data[i] == BOTH) else { return Ok(None) };
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
-    let (mut above, mut here) = (zeroed(columns.len())?, zeroed(columns.len())?);
+    let (mut above, mut here) = (defaults(columns.len())?, defaults(columns.len())?);
     for (j, y) in rows.clone().enumerate() {
         span.row(j, rows.len())?;
         let start = y * seam.width;

@@ -71,7 +71,9 @@ pub fn refine(
     super::check_views(&target, &reference, forward, reverse)?;
     let range = options.range.unwrap_or((4.0 * spread[0].max(spread[1])).clamp(LEAST_RANGE, MOST_RANGE));
     if !(range.is_finite() && range > 0.0) {
-        return Err(Error::InvalidArgument { name: "range", expected: "a positive number of pixels", value: range });
+        return Err(
+            Error::InvalidArgument { name: "range", expected: "a positive number of pixels", value: range }.into()
+        );
     }
     report(observer, Stage::Refine, 0.0)?;
     let target_prior = prior(&target)?;

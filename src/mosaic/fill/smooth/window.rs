@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::super::super::crop::{Rect, bounding_box};
-use crate::image::zeroed;
+use crate::image::defaults;
 use crate::{Image, Mask, Result};
 
 /// What a pixel is to the filling.
@@ -39,7 +39,7 @@ impl Window {
         let (right, bottom) = (left + bounds.width, top + bounds.height);
         let margin = radius + 1;
         let (width, height) = (bounds.width + 2 * margin, bounds.height + 2 * margin);
-        let cells = zeroed(width * height)?;
+        let cells = defaults(width * height)?;
         let mut window = Self { cells, width, origin: (left, top), margin };
         let rows = || (top..bottom).map(|y| &voids.data[y * voids.width + left..y * voids.width + right]);
         for (y, row) in rows().enumerate() {
