@@ -34,22 +34,19 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    fn columns(self) -> usize {
+    pub fn columns(self) -> usize {
         if self == Kind::Depth { 4 } else { 3 }
     }
 
     /// Matches that determine it.
-    fn sample(self) -> usize {
+    pub fn sample(self) -> usize {
         if self == Kind::Depth { 6 } else { 4 }
     }
 }
 
 /// Random search; the inliers are those at the narrowest threshold.
 pub(super) fn sampled(points: &Points, search: &Search, sampler: &mut Sampler, kind: Kind) -> Option<Consensus> {
-    let found = match kind {
-        Kind::Depth => msac::<4, 6>(points, search, sampler),
-        Kind::Flat => msac::<3, 4>(points, search, sampler),
-    }?;
+    let found = msac(points, search, sampler, kind)?;
     let threshold = search.scales.narrowest();
     let inliers = inliers_of(points, &found.projection, threshold);
     Some(Consensus { projection: found.projection, support: inliers.clone(), inliers, threshold, trials: found.trials })
@@ -149,10 +146,7 @@ pub(super) fn fitted(
     if count(inliers) < kind.sample() {
         return None;
     }
-    let linear = match kind {
-        Kind::Depth => refit::<4>(points, inliers),
-        Kind::Flat => refit::<3>(points, inliers),
-    };
+    let linear = refit(points, inliers, kind);
     let chosen = points.select(inliers);
     let sum = |p: &Projection| chosen.errors(p).sum::<f64>();
     let start = match (linear, start) {

@@ -4,7 +4,7 @@
 // Indices mirror the algebra.
 #![allow(clippy::needless_range_loop)]
 
-use super::linear::{Square, backward, cholesky};
+use super::linear::{backward, cholesky, forward};
 
 /// How many numbers a problem can have. Those that it has not are 0 in its gradient and its matrix, and never move: one
 /// solver for all is less code.
@@ -14,7 +14,7 @@ pub(super) const NUMBERS: usize = 11;
 pub(super) struct Normal {
     pub cost: f64,
     pub gradient: [f64; NUMBERS],
-    pub matrix: Square<NUMBERS>,
+    pub matrix: [[f64; NUMBERS]; NUMBERS],
 }
 
 impl Normal {
@@ -25,13 +25,11 @@ impl Normal {
         for i in 0..NUMBERS {
             factor[i][i] += damping;
         }
-        cholesky(&mut factor, 0.0)?;
-        let mut rhs = self.gradient.map(|g| -g);
-        for r in 0..NUMBERS {
-            let dot: f64 = (0..r).map(|k| factor[r][k] * rhs[k]).sum();
-            rhs[r] = (rhs[r] - dot) / factor[r][r];
-        }
-        let step = backward(&factor, rhs);
+        let factor = factor.as_flattened_mut();
+        cholesky(factor, NUMBERS, 0.0)?;
+        let mut step = self.gradient.map(|g| -g);
+        forward(factor, &mut step);
+        backward(factor, &mut step);
         let fall = step.iter().zip(&self.gradient).map(|(s, g)| 0.5 * s * (damping * s - g)).sum();
         Some((step, fall))
     }

@@ -144,7 +144,9 @@ pub(super) fn search(
         let mut drawn = 0.0;
         while drawn < needed && off.len() >= 2 {
             drawn += 1.0;
-            let [a, b] = sampler.sample::<2>(off.len()).map(|i| line(off[i]));
+            let mut pair = [0; 2];
+            sampler.sample(off.len(), &mut pair);
+            let [a, b] = pair.map(|i| line(off[i]));
             if best.offer(cross_matrix(cross(a, b), &h)) {
                 let inlying = |f: &Fundamental| {
                     let inliers = inliers_of(points, f, limit);
@@ -160,7 +162,8 @@ pub(super) fn search(
     let mut drawn = 0.0;
     while drawn < needed {
         drawn += 1.0;
-        let sample = sampler.sample::<SAMPLE>(n);
+        let mut sample = [0; SAMPLE];
+        sampler.sample(n, &mut sample);
         for f in seven_point(points, sample) {
             if oriented(points, &sample, &f) && best.offer(f) {
                 needed = best.needed(search, inlying, SAMPLE);
