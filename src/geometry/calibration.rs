@@ -1,9 +1,9 @@
 //! The fit of two calibrated cameras, and the choice between them and the free models.
 
 use super::cameras::Cameras;
+use super::errors::inliers_of;
 use super::levenberg_marquardt::minimise;
 use super::points::{Normalisation, Points, Projection};
-use super::ransac::inliers_of;
 use super::reprojection::{CAP, Noise, Priors, Reprojection};
 use super::statistics::median;
 use super::{Comparison, Model, Score};
@@ -144,7 +144,8 @@ impl Direction {
     fn new(pixels: &Points, inliers: &[bool], [from, to]: [(usize, usize); 2], model: &Model) -> Option<Self> {
         let chosen = pixels.select(inliers);
         let normalisation = Normalisation::from_centres(&chosen, from, to);
-        let (zero, middle) = (normalisation.depth(0.0), normalisation.depth(median(chosen.d.clone())?));
+        let (zero, middle) =
+            (normalisation.depth(0.0), normalisation.depth(median(chosen.iter().map(|p| p.d).collect())?));
         Some(Self {
             all: normalisation.apply(pixels),
             inliers: normalisation.apply(&chosen),

@@ -1,7 +1,8 @@
 //! From matches to a model and its inliers: random search, then least squares and choice of inliers in turns.
 
-use super::points::{Points, Projection, Scales};
-use super::ransac::{Search, count, inliers_of, msac, refit};
+use super::errors::{Scales, count, errors, inliers_of, inlying};
+use super::points::{Points, Projection};
+use super::ransac::{Search, msac, refit};
 use super::refine::refine;
 use super::sampler::Sampler;
 use super::statistics::median;
@@ -90,10 +91,8 @@ pub(super) fn narrowed(points: &Points, scales: &Scales, found: Consensus, kind:
 /// Fits once more to the inliers that are as exact as most of them, then chooses the inliers at their threshold again:
 /// within a threshold of pixels, the few matches near it are mostly wrong or at wrong depths, and would weigh the most.
 fn polished(points: &Points, consensus: Consensus, kind: Kind) -> Option<Consensus> {
-    let errors: Vec<f64> =
-        points.errors(&consensus.projection).filter(|e| *e < consensus.threshold * consensus.threshold).collect();
     // The errors of points whose coordinates err by σ have the median 1.177 σ (Rayleigh).
-    let sigma = median(errors)?.sqrt() / 1.177;
+    let sigma = median(inlying(points, &consensus.projection, consensus.threshold))?.sqrt() / 1.177;
     let threshold = (3.0 * sigma).max(0.01 * consensus.threshold).min(consensus.threshold);
     let core = settled(points, consensus.projection, threshold, kind);
     let core = core.filter(|core| 2 * core.count() > consensus.count()).unwrap_or(consensus.clone());
@@ -148,13 +147,13 @@ pub(super) fn fitted(
     }
     let linear = refit(points, inliers, kind);
     let chosen = points.select(inliers);
-    let sum = |p: &Projection| chosen.errors(p).sum::<f64>();
+    let sum = |p: &Projection| errors(&chosen, p).iter().sum::<f64>();
     let start = match (linear, start) {
         (Some(linear), Some(start)) if sum(&start) < sum(&linear) => start,
         (linear, start) => linear.or(start)?,
     };
     // A wrong depth can put a match behind the camera, where there is nothing to descend.
-    let front: Vec<bool> = (0..chosen.len()).map(|i| chosen.third(&start, i) > 0.0).collect();
+    let front: Vec<bool> = chosen.iter().map(|p| p.third(&start) > 0.0).collect();
     Some(refine(&chosen.select(&front), &start, kind.columns(), tolerance))
 }
 
@@ -182,10 +181,4 @@ pub(super) fn many_homographies(
         }
     }
     (union, trials)
-}
-
-/// The scales between a wide and a narrow threshold.
-pub(super) fn scales(wide: f64, narrow: f64) -> Scales {
-    let wide = wide.max(narrow);
-    Scales([wide, (wide * narrow).sqrt(), narrow])
 }

@@ -2,10 +2,11 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::clean::{Usable, clean, spread};
-use super::consensus::{Consensus, FINE, Kind, fitted, many_homographies, narrowed, published, sampled, scales};
+use super::consensus::{Consensus, FINE, Kind, fitted, many_homographies, narrowed, published, sampled};
+use super::errors::{Scales, count, inliers_of};
 use super::parallax::observable;
 use super::points::{Normalisation, Points};
-use super::ransac::{Search, count, inliers_of};
+use super::ransac::Search;
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median};
 use super::{Calibration, Comparison, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
@@ -128,8 +129,8 @@ impl<'a> Fit<'a> {
 
     fn search(&self, options: &EstimateOptions) -> Search {
         let scales = match options.threshold {
-            Threshold::Pixels(_) => scales(WIDE, self.threshold),
-            Threshold::Normalised(t) => scales(t, t),
+            Threshold::Pixels(_) => Scales::between(WIDE, self.threshold),
+            Threshold::Normalised(t) => Scales::between(t, t),
         };
         Search {
             scales,
@@ -173,7 +174,7 @@ impl<'a> Fit<'a> {
                 .consensus(options, &mut sampler, Kind::Flat)
                 .and_then(|flat| self.on_inliers(flat.inliers, flat.threshold, flat.trials)),
             RobustFit::MultiHomography => {
-                let search = Search { scales: scales(self.threshold, self.threshold), ..self.search(options) };
+                let search = Search { scales: Scales::between(self.threshold, self.threshold), ..self.search(options) };
                 let enough = |left| self.needed(left, FLAT_SAMPLE, self.threshold);
                 let (inliers, trials) = many_homographies(points, &search, &mut sampler, enough);
                 self.on_inliers(inliers, self.threshold, trials)

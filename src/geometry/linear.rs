@@ -8,7 +8,7 @@
 // Indices mirror the algebra.
 #![allow(clippy::needless_range_loop)]
 
-use super::points::{Points, Projection};
+use super::points::{Point, Points, Projection};
 
 /// The most columns a projection has.
 const MOST: usize = 4;
@@ -24,8 +24,8 @@ pub(super) fn fit(points: &Points, indices: &[usize], columns: usize, min_pivot:
     // leave unexplained.
     let mut moments = [[0.0; MOST * MOST]; 4];
     for &i in indices {
-        let m = [1.0, points.x[i], points.y[i], points.d[i]];
-        let (u, v) = (points.u[i], points.v[i]);
+        let Point { x, y, d, u, v } = points[i];
+        let m = [1.0, x, y, d];
         let weights = [1.0, u, v, u * u + v * v];
         for r in 0..n {
             for c in 0..=r {

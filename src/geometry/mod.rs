@@ -4,6 +4,7 @@ mod calibration;
 mod cameras;
 mod clean;
 mod consensus;
+mod errors;
 mod estimate;
 mod levenberg_marquardt;
 mod linear;

@@ -1,5 +1,6 @@
 //! Whether the matches show parallax at all.
 
+use super::errors::errors;
 use super::points::{Points, Projection};
 use super::statistics::median;
 
@@ -14,7 +15,7 @@ const FINEST: f64 = 0.01;
 /// more can always be spent on two outliers.
 pub(super) fn observable(points: &Points, inliers: &[bool], depth: &Projection, flat: &Projection, scale: f64) -> bool {
     const CAP: f64 = 9.0;
-    let with_depth: Vec<f64> = points.errors(depth).collect();
+    let with_depth: Vec<f64> = errors(points, depth);
     let chosen: Vec<f64> = with_depth.iter().zip(inliers).filter(|(_, f)| **f).map(|(e, _)| *e).collect();
     let n = chosen.len();
     let Some(middle) = median(chosen) else { return false };
@@ -22,7 +23,7 @@ pub(super) fn observable(points: &Points, inliers: &[bool], depth: &Projection, 
     let freedom = equations / (equations - 11.0).max(1.0);
     let variance = (middle / (1.177 * 1.177) * freedom).max(FINEST * FINEST * scale * scale);
     let share = |e: f64| (e / variance).min(CAP);
-    let gains = with_depth.iter().zip(points.errors(flat)).map(|(d, h)| share(h) - share(*d));
+    let gains = with_depth.iter().zip(errors(points, flat)).map(|(d, h)| share(h) - share(*d));
     let (mut sum, mut largest) = (0.0, [0.0f64; 2]);
     for gain in gains {
         sum += gain;

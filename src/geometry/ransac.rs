@@ -1,8 +1,9 @@
 //! Random sample consensus with the MSAC score and an adaptive number of trials.
 
 use super::consensus::Kind;
+use super::errors::{Scales, count, inliers_of};
 use super::linear::fit;
-use super::points::{Points, Projection, Scales};
+use super::points::{Points, Projection};
 use super::sampler::Sampler;
 
 /// How to search.
@@ -78,13 +79,13 @@ pub(super) fn msac(points: &Points, search: &Search, sampler: &mut Sampler, kind
 pub(super) fn refit(points: &Points, inliers: &[bool], kind: Kind) -> Option<Projection> {
     let indices: Vec<usize> = inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i).collect();
     let model = fit(points, &indices, kind.columns(), FIT_SPREAD)?;
-    let behind = indices.iter().filter(|&&i| points.third(&model, i) < 0.0).count();
+    let behind = indices.iter().filter(|&&i| points[i].third(&model) < 0.0).count();
     Some(if 2 * behind > indices.len() { negated(model) } else { model })
 }
 
 /// The projection or its negative, whichever has the sample in front of the camera; `None` when it is on both sides.
 fn oriented(model: Projection, points: &Points, sample: &[usize]) -> Option<Projection> {
-    let behind = sample.iter().filter(|&&i| points.third(&model, i) <= 0.0).count();
+    let behind = sample.iter().filter(|&&i| points[i].third(&model) <= 0.0).count();
     match behind {
         0 => Some(model),
         _ if behind == sample.len() => Some(negated(model)),
@@ -94,14 +95,4 @@ fn oriented(model: Projection, points: &Points, sample: &[usize]) -> Option<Proj
 
 fn negated(model: Projection) -> Projection {
     model.map(|row| row.map(|v| -v))
-}
-
-/// Which matches are within the threshold and in front of the camera.
-pub(super) fn inliers_of(points: &Points, model: &Projection, threshold: f64) -> Vec<bool> {
-    points.errors(model).map(|e| e < threshold * threshold).collect()
-}
-
-/// How many flags are set.
-pub(super) fn count(flags: &[bool]) -> usize {
-    flags.iter().filter(|f| **f).count()
 }

@@ -1,6 +1,7 @@
 //! The fundamental matrix and the distance of a match from it.
 
-use crate::geometry::points::{Points, Scales};
+use crate::geometry::errors::Errors;
+use crate::geometry::points::Point;
 
 /// Takes a point of the target to its epipolar line in the reference, u·F·x = 0; row by row.
 pub(super) type Fundamental = [[f64; 3]; 3];
@@ -51,42 +52,13 @@ pub(super) fn cross_matrix(e: Vector, m: &[Vector; 3]) -> Fundamental {
     [0, 1, 2].map(|r| [columns[0][r], columns[1][r], columns[2][r]])
 }
 
-/// Squared Sampson distances: to first order how far both points together must move to meet the constraint.
-pub(super) fn sampson<'a>(points: &'a Points, f: &'a Fundamental) -> impl Iterator<Item = f64> + 'a {
-    (0..points.len()).map(move |i| squared_distance(f, points.x[i], points.y[i], points.u[i], points.v[i]))
-}
-
-#[inline(always)]
-fn squared_distance(f: &Fundamental, x: f64, y: f64, u: f64, v: f64) -> f64 {
-    let [a, b, c] = [0, 1, 2].map(|r| f[r][0] * x + f[r][1] * y + f[r][2]);
-    let [p, q] = [0, 1].map(|k| f[0][k] * u + f[1][k] * v + f[2][k]);
-    let s = a * u + b * v + c;
-    s * s / (a * a + b * b + p * p + q * q)
-}
-
-/// Which matches are within the threshold.
-pub(super) fn inliers_of(points: &Points, f: &Fundamental, threshold: f64) -> Vec<bool> {
-    sampson(points, f).map(|e| e < threshold * threshold).collect()
-}
-
-/// Cost of F over all scales, as that of a projection. Stops once it reaches `limit`.
-pub(super) fn cost(points: &Points, f: &Fundamental, scales: &Scales, limit: f64) -> f64 {
-    const BLOCK: usize = 64;
-    let inverse = scales.0.map(|t| 1.0 / (t * t));
-    let mut cost = 0.0;
-    let mut start = 0;
-    while start < points.len() && cost < limit {
-        let end = (start + BLOCK).min(points.len());
-        let (x, y) = (&points.x[start..end], &points.y[start..end]);
-        let (u, v) = (&points.u[start..end], &points.v[start..end]);
-        for i in 0..end - start {
-            let error = squared_distance(f, x[i], y[i], u[i], v[i]);
-            for scale in inverse {
-                let share = error * scale;
-                cost += if share < 1.0 { share } else { 1.0 };
-            }
-        }
-        start = end;
+/// Sampson distances: to first order how far both points together must move to meet the constraint.
+impl Errors for Fundamental {
+    #[inline(always)]
+    fn error(&self, p: &Point) -> f64 {
+        let (m, n) = ([p.x, p.y, 1.0], [p.u, p.v, 1.0]);
+        let ([a, b, c], [d, e, _]) = (apply(self, m), apply_transposed(self, n));
+        let s = a * p.u + b * p.v + c;
+        s * s / (a * a + b * b + d * d + e * e)
     }
-    cost
 }

@@ -10,16 +10,14 @@ mod polish;
 mod pyramid;
 mod search;
 mod seven_point;
-mod units;
 
 pub use continuation::continue_outside;
 pub use derive::{derive_depth, derive_missing};
 
 use super::clean::{Usable, clean, spread};
-use super::consensus::scales;
+use super::errors::{Scales, count};
 use super::estimate::{FEW, remarks};
-use super::points::{Points, Projection};
-use super::ransac::count;
+use super::points::{Normalisation, Points, Projection};
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median, nth};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
@@ -29,7 +27,6 @@ use crate::{Error, ImageView, InverseDepth, Result, Stage};
 use densify::{Kernel, Sample, Scattered};
 use parallax::{Parallax, plane_parallax};
 use search::{Epipolar, Search, search};
-use units::Units;
 
 /// The photos' diagonal in nodes of the dense maps.
 const NODES: f64 = 150.0;
@@ -106,29 +103,29 @@ impl Scene {
     fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
         let mut points = Points::default();
         usable.iter().for_each(|m| points.push(m.target, 0.0, m.reference));
-        let units = Units::of(&points);
+        let units = Normalisation::isotropic(&points);
         let points = units.apply(&points);
         let plane = plane.map(|plane| units.projection(plane));
         let threshold = match options.threshold {
-            Threshold::Pixels(t) => t * units.scale,
+            Threshold::Pixels(t) => t * units.scale(),
             Threshold::Normalised(t) => t,
         };
         // A match errs in one direction only, and a wide band along the epipolar lines lets many wrong ones in.
-        let scales = scales(threshold, threshold / 3.0);
+        let scales = Scales::between(threshold, threshold / 3.0);
         let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials };
         let epipolar = search(&points, plane.as_ref(), &how, &mut Sampler::new(options.seed))?;
-        let chance = chance(usable, epipolar.threshold / units.scale);
+        let chance = chance(usable, epipolar.threshold / units.scale());
         let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
-        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale, chance);
+        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale(), chance);
         if count(&epipolar.inliers) < needed || !plane.as_ref().is_none_or(shown) {
             return None;
         }
-        let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale)?;
+        let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale())?;
         let forward = units.model(&projection);
         let models = [forward, forward.inverse()?];
         // From a few no dense depth can be made.
         (matches.len() >= needed.max(FEW)).then_some(Self {
-            threshold: epipolar.threshold / units.scale,
+            threshold: epipolar.threshold / units.scale(),
             epipolar,
             models,
             matches,

@@ -2,7 +2,7 @@
 
 use super::affine::{Moving, at, dominant_plane};
 use super::fundamental::{Fundamental, apply, cross, cross_matrix, dot, epipole};
-use crate::geometry::points::{Points, Projection, transform};
+use crate::geometry::points::{Point, Points, Projection, transform};
 
 /// A match with its relative inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +71,7 @@ pub(super) fn plane_parallax(
 /// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
 /// line next to it.
 fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> Option<Parallax> {
-    let (x, y, u, v) = (points.x[i], points.y[i], points.u[i], points.v[i]);
+    let Point { x, y, u, v, .. } = points[i];
     let [a, b, c] = apply(f, [x, y, 1.0]);
     let offset = (a * u + b * v + c) / (a * a + b * b);
     let place = [u - offset * a, v - offset * b, 1.0];

@@ -18,8 +18,8 @@ impl LeastSquares for Distances<'_> {
         let points = self.0;
         let across = [unit(f), unit(&cofactors(f))].map(flat);
         let mut normal = Normal { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] };
-        for i in 0..points.len() {
-            let (m, a) = ([points.x[i], points.y[i], 1.0], [points.u[i], points.v[i], 1.0]);
+        for p in points.iter() {
+            let (m, a) = ([p.x, p.y, 1.0], [p.u, p.v, 1.0]);
             let (mut l, mut k) = (apply(f, m), apply_transposed(f, a));
             let s = dot(a, l);
             (l[2], k[2]) = (0.0, 0.0);

@@ -1,10 +1,10 @@
 //! From matches to the fundamental matrix and its inliers.
 
-use super::fundamental::{Fundamental, apply, cost, cross, cross_matrix, dot, epipole, inliers_of, sampson};
+use super::fundamental::{Fundamental, apply, cross, cross_matrix, dot, epipole};
 use super::polish::polish;
 use super::seven_point::{SAMPLE, seven_point};
-use crate::geometry::points::{Points, Projection, Scales};
-use crate::geometry::ransac::count;
+use crate::geometry::errors::{Scales, count, errors, inliers_of, inlying};
+use crate::geometry::points::{Point, Points, Projection};
 use crate::geometry::sampler::Sampler;
 use crate::geometry::statistics::{meaningful_consensus, median};
 
@@ -38,9 +38,10 @@ impl Epipolar {
         const SLACK: f64 = 1.3;
         let sigma = self.sigma.max(FINEST * pixel);
         let (mut near, mut far, mut gain, mut far_gain, mut off) = (0, 0, 0.0, 0.0, 0);
-        for ((line, point), inlier) in sampson(points, &self.fundamental).zip(points.errors(plane)).zip(&self.inliers) {
+        let lines = errors(points, &self.fundamental);
+        for ((line, point), inlier) in lines.iter().zip(errors(points, plane)).zip(&self.inliers) {
             // Half of a squared transfer error, as a Sampson distance is shared by both points.
-            let [line, point] = [line, 0.5 * point].map(|e| e / (sigma * sigma));
+            let [line, point] = [*line, 0.5 * point].map(|e| e / (sigma * sigma));
             let gained = point.min(CAP) - line.min(CAP);
             off += usize::from(point > FAR);
             match (*inlier, point > FAR) {
@@ -84,7 +85,7 @@ struct Best<'a> {
 impl Best<'_> {
     /// Whether `f` is better than what there was.
     fn offer(&mut self, f: Fundamental) -> bool {
-        let sampled = cost(self.points, &f, &self.scales, self.cost);
+        let sampled = self.scales.cost(self.points, &f, self.cost);
         if sampled >= self.cost || sampled.is_nan() {
             return false;
         }
@@ -96,7 +97,7 @@ impl Best<'_> {
                 continue;
             }
             let local = polish(&self.points.select(&inliers), &f, COARSE);
-            let refined = cost(self.points, &local, &self.scales, self.cost);
+            let refined = self.scales.cost(self.points, &local, self.cost);
             if refined < self.cost {
                 (self.fundamental, self.cost) = (Some(local), refined);
             }
@@ -136,10 +137,13 @@ pub(super) fn search(
     if let Some(plane) = plane {
         let limit = search.scales.narrowest();
         let off: Vec<usize> =
-            points.errors(plane).enumerate().filter(|(_, e)| *e > limit * limit).map(|(i, _)| i).collect();
+            errors(points, plane).into_iter().enumerate().filter(|(_, e)| *e > limit * limit).map(|(i, _)| i).collect();
         let h = plane.map(|row| [row[0], row[1], row[2]]);
         // The line that a match and its image by the plane span goes through the epipole.
-        let line = |i: usize| cross([points.u[i], points.v[i], 1.0], apply(&h, [points.x[i], points.y[i], 1.0]));
+        let line = |i: usize| {
+            let Point { x, y, u, v, .. } = points[i];
+            cross([u, v, 1.0], apply(&h, [x, y, 1.0]))
+        };
         let mut needed = f64::from(search.max_trials);
         let mut drawn = 0.0;
         while drawn < needed && off.len() >= 2 {
@@ -179,8 +183,8 @@ pub(super) fn search(
 fn oriented(points: &Points, sample: &[usize], f: &Fundamental) -> bool {
     let Some(e) = epipole(f) else { return false };
     let side = |i: &usize| {
-        let line = apply(f, [points.x[*i], points.y[*i], 1.0]);
-        dot(line, cross(e, [points.u[*i], points.v[*i], 1.0])) > 0.0
+        let Point { x, y, u, v, .. } = points[*i];
+        dot(apply(f, [x, y, 1.0]), cross(e, [u, v, 1.0])) > 0.0
     };
     let ahead = sample.iter().filter(|i| side(i)).count();
     ahead == 0 || ahead == sample.len()
@@ -198,9 +202,8 @@ fn settled(points: &Points, mut f: Fundamental, scales: &Scales) -> Option<Epipo
         }
     }
     let wide = scales.widest();
-    let distances: Vec<f64> = sampson(points, &f).filter(|e| *e < wide * wide).collect();
     // The median of a normal deviate's absolute value is 0.6745 σ.
-    let sigma = median(distances)?.sqrt() / 0.6745;
+    let sigma = median(inlying(points, &f, wide))?.sqrt() / 0.6745;
     let threshold = (3.0 * sigma).max(0.03 * wide).min(wide);
     for _ in 0..10 {
         let inliers = inliers_of(points, &f, threshold);

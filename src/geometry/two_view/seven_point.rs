@@ -4,14 +4,14 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::fundamental::{Fundamental, cofactors, dot};
-use crate::geometry::points::Points;
+use crate::geometry::points::{Point, Points};
 
 pub(super) const SAMPLE: usize = 7;
 
 /// Up to three matrices of rank 2; none when the matches leave more than two dimensions open.
 pub(super) fn seven_point(points: &Points, sample: [usize; SAMPLE]) -> impl Iterator<Item = Fundamental> {
     let rows = sample.map(|i| {
-        let (x, y, u, v) = (points.x[i], points.y[i], points.u[i], points.v[i]);
+        let Point { x, y, u, v, .. } = points[i];
         [u * x, u * y, u, v * x, v * y, v, x, y, 1.0]
     });
     let (mut matrices, mut roots) = ([[[0.0; 3]; 3]; 2], [None; 3]);
