@@ -3,6 +3,7 @@
 use std::ops::Deref;
 
 use super::Model;
+use super::clean::flagged;
 use nalgebra::{Matrix3, Vector3};
 
 /// A 3×4 matrix [H | e] that maps (x, y, 1, d) to the other photo: a camera, when (x, y, 1, d) is read as a
@@ -39,13 +40,6 @@ impl Deref for Points {
     }
 }
 
-impl FromIterator<Point> for Points {
-    #[inline(never)]
-    fn from_iter<I: IntoIterator<Item = Point>>(points: I) -> Self {
-        Self(points.into_iter().collect())
-    }
-}
-
 impl Points {
     #[inline(never)]
     pub fn push(&mut self, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) {
@@ -55,11 +49,7 @@ impl Points {
     /// The matches whose flag is set.
     #[inline(never)]
     pub fn select(&self, flags: &[bool]) -> Points {
-        let mut chosen = Points::default();
-        for (point, _) in self.iter().zip(flags).filter(|(_, flag)| **flag) {
-            chosen.0.push(*point);
-        }
-        chosen
+        Self(flagged(self, flags))
     }
 
     /// At most `most` of the matches, evenly.

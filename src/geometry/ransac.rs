@@ -34,7 +34,8 @@ const FIT_SPREAD: f64 = 1e-10;
 /// many are drawn in any case, which takes well under a millisecond.
 const LEAST_TRIALS: f64 = 300.0;
 
-/// The best of the models through as many random matches as determine one. `None` when no sample gave a model.
+/// The best of the models through as many random matches as determine one.
+/// `None` when no sample gave a model.
 pub(super) fn msac(points: &Points, search: &Search, sampler: &mut Sampler, kind: Kind) -> Option<Found> {
     let n = points.len();
     let mut sample = vec![0; kind.sample()];

@@ -72,7 +72,7 @@ pub fn two_view(
         Err(error @ Error::NoConsensus { .. }) => Err(error),
         other => Ok(other?),
     };
-    let usable = clean(matches, &frames[0], &frames[1]);
+    let usable = clean(matches, [&frames[0], &frames[1]]);
     let scene = Scene::of(&usable, flat.as_ref().ok().map(|flat| &flat.forward), options);
     report(observer, Stage::Depth, 0.1)?;
     let Some(scene) = scene else {
@@ -102,7 +102,7 @@ impl Scene {
     /// `None` when the matches show no more parallax than `plane` explains.
     fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
         let mut points = Points::default();
-        usable.iter().for_each(|m| points.push(m.target, 0.0, m.reference));
+        usable.iter().for_each(|m| points.push(m.ends[0], 0.0, m.ends[1]));
         let units = Normalisation::isotropic(&points);
         let points = units.apply(&points);
         let plane = plane.map(|plane| units.projection(plane));
@@ -141,7 +141,7 @@ impl Scene {
         observer: &mut dyn Observer,
     ) -> Result<(InverseDepth, f64)> {
         let ends = self.matches.iter().map(|m| {
-            let point = if side == 0 { usable[m.index].target } else { usable[m.index].reference };
+            let point = usable[m.index].ends[side];
             (point, m.depth[side], motion(&self.models[side], point, m.depth[side]))
         });
         // All points are localised alike, so a depth is the better known the more it moves its point.
@@ -162,9 +162,8 @@ impl Scene {
         self.matches.iter().for_each(|m| inliers[usable[m.index].index] = true);
         let residual = [0, 1].map(|side| {
             let distances = self.matches.iter().map(|m| {
-                let (from, to) = (usable[m.index].target, usable[m.index].reference);
-                let (from, to) = if side == 0 { (from, to) } else { (to, from) };
-                distance(&self.models[side], from, to)
+                let ends = usable[m.index].ends;
+                distance(&self.models[side], ends[side], ends[1 - side])
             });
             median(distances.collect()).unwrap_or(0.0)
         });
@@ -187,7 +186,7 @@ impl Scene {
 
 /// The chance that a wrong match, which lies anywhere, is within the threshold of its line.
 fn chance(usable: &[Usable], threshold: f64) -> f64 {
-    let [narrow, wide] = spread(usable.iter().map(|m| m.reference));
+    let [narrow, wide] = spread(usable, 1);
     (2.0 * threshold / (12.0 * narrow * wide).sqrt()).min(1.0)
 }
 
