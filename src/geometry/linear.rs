@@ -71,7 +71,7 @@ pub(super) fn fit(points: &Points, indices: &[usize], columns: usize, min_pivot:
 
 /// Replaces the lower triangle of the n×n matrix `a` by its Cholesky factor; `None` when a pivot is at most `min_pivot`.
 #[inline(never)]
-pub(super) fn cholesky(a: &mut [f64], n: usize, min_pivot: f64) -> Option<()> {
+fn cholesky(a: &mut [f64], n: usize, min_pivot: f64) -> Option<()> {
     for j in 0..n {
         for r in j..n {
             let dot: f64 = (0..j).map(|k| a[r * n + k] * a[j * n + k]).sum();
@@ -88,9 +88,18 @@ pub(super) fn cholesky(a: &mut [f64], n: usize, min_pivot: f64) -> Option<()> {
     Some(())
 }
 
+/// A⁻¹b in place of b, A being the symmetric matrix in the lower triangle of `a`, which becomes its Cholesky factor; `None`
+/// when A is not positive definite.
+pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> Option<()> {
+    cholesky(a, b.len(), 0.0)?;
+    forward(a, b);
+    backward(a, b);
+    Some(())
+}
+
 /// L⁻¹b in place of b, L being the lower triangle of `l`.
 #[inline(never)]
-pub(super) fn forward(l: &[f64], b: &mut [f64]) {
+fn forward(l: &[f64], b: &mut [f64]) {
     let n = b.len();
     for r in 0..n {
         let dot: f64 = (0..r).map(|k| l[r * n + k] * b[k]).sum();
@@ -100,7 +109,7 @@ pub(super) fn forward(l: &[f64], b: &mut [f64]) {
 
 /// L⁻ᵀb in place of b.
 #[inline(never)]
-pub(super) fn backward(l: &[f64], b: &mut [f64]) {
+fn backward(l: &[f64], b: &mut [f64]) {
     let n = b.len();
     for r in (0..n).rev() {
         let dot: f64 = (r + 1..n).map(|k| l[k * n + r] * b[k]).sum();

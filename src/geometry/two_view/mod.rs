@@ -100,6 +100,7 @@ struct Scene {
 
 impl Scene {
     /// `None` when the matches show no more parallax than `plane` explains.
+    #[inline(never)]
     fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
         let mut points = Points::default();
         usable.iter().for_each(|m| points.push(m.ends[0], 0.0, m.ends[1]));
@@ -157,6 +158,7 @@ impl Scene {
         Ok((scattered.dense(NODES, observer)?, nth(errors, most).unwrap_or(0.0)))
     }
 
+    #[inline(never)]
     fn estimate(&self, usable: &[Usable], passed: usize) -> Estimate {
         let mut inliers = vec![false; passed];
         self.matches.iter().for_each(|m| inliers[usable[m.index].index] = true);
@@ -191,6 +193,7 @@ fn chance(usable: &[Usable], threshold: f64) -> f64 {
 }
 
 /// By how many pixels the image of a point moves per inverse depth.
+#[inline(never)]
 fn motion(model: &Model, [x, y]: [f64; 2], d: f64) -> f64 {
     let [u, v, w] = model.transform(x, y, d);
     let [du, dv] = [(model.e[0] - u / w * model.e[2]) / w, (model.e[1] - v / w * model.e[2]) / w];

@@ -20,6 +20,7 @@ pub(super) struct Parallax {
 /// mean square 1, and the third coordinate positive. `unit` is a pixel in the points' coordinates.
 ///
 /// `None` when fewer than eight matches are left or the plane goes through the reference's camera.
+#[inline(never)]
 pub(super) fn plane_parallax(
     points: &Points,
     inliers: &[bool],
@@ -70,6 +71,7 @@ pub(super) fn plane_parallax(
 
 /// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
 /// line next to it.
+#[inline(never)]
 fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> Option<Parallax> {
     let Point { x, y, u, v, .. } = points[i];
     let [a, b, c] = apply(f, [x, y, 1.0]);
@@ -91,6 +93,7 @@ fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> O
 
 /// Drops the matches that hardly any of their neighbours is like. A wrong match that meets the epipolar constraint by
 /// chance has any depth.
+#[inline(never)]
 fn supported(matches: Vec<Parallax>, unit: f64) -> Vec<Parallax> {
     const NEIGHBOURS: usize = 9;
     const LIKE: usize = 3;

@@ -26,7 +26,11 @@ impl LeastSquares for Distances<'_> {
             let square = dot(l, l) + dot(k, k);
             let (inverse, q) = (1.0 / square.sqrt(), s / square);
             let inner = [0, 1, 2].map(|c| m[c] - q * k[c]);
-            let mut slope = flat([0, 1, 2].map(|r| [0, 1, 2].map(|c| inverse * (a[r] * inner[c] - q * l[r] * m[c]))));
+            let mut slope = [0.0; NUMBERS];
+            for (i, slope) in slope.iter_mut().take(9).enumerate() {
+                let (r, c) = (i / 3, i % 3);
+                *slope = inverse * (a[r] * inner[c] - q * l[r] * m[c]);
+            }
             for normal in &across {
                 let along: f64 = slope.iter().zip(normal).map(|(s, n)| s * n).sum();
                 slope.iter_mut().zip(normal).for_each(|(s, n)| *s -= along * n);
@@ -42,35 +46,43 @@ impl LeastSquares for Distances<'_> {
     }
 
     fn moved(&self, f: &Fundamental, step: &Entries) -> Fundamental {
-        retracted([0, 1, 2].map(|r| [0, 1, 2].map(|c| f[r][c] + step[3 * r + c])))
+        let mut moved = *f;
+        moved.as_flattened_mut().iter_mut().zip(step).for_each(|(f, step)| *f += step);
+        retracted(moved)
     }
 }
 
 fn flat(m: Fundamental) -> Entries {
-    std::array::from_fn(|i| m.get(i / 3).map_or(0.0, |row| row[i % 3]))
+    let mut entries = [0.0; NUMBERS];
+    entries[..9].copy_from_slice(m.as_flattened());
+    entries
 }
 
 fn square(m: &Fundamental) -> f64 {
-    m.iter().map(|row| dot(*row, *row)).sum()
+    m.as_flattened().iter().map(|v| v * v).sum()
 }
 
 fn unit(m: &Fundamental) -> Fundamental {
     let norm = square(m).sqrt().max(f64::MIN_POSITIVE);
-    m.map(|row| row.map(|v| v / norm))
+    let mut unit = *m;
+    unit.as_flattened_mut().iter_mut().for_each(|v| *v /= norm);
+    unit
 }
 
 /// A matrix of rank 2 and norm 1 next to `f`, by Newton's method along the gradient of the determinant.
+#[inline(never)]
 fn retracted(mut f: Fundamental) -> Fundamental {
     for _ in 0..3 {
         let c = cofactors(&f);
         let share = dot(c[0], f[0]) / square(&c).max(f64::MIN_POSITIVE);
-        f = [0, 1, 2].map(|r| [0, 1, 2].map(|k| f[r][k] - share * c[r][k]));
+        f.as_flattened_mut().iter_mut().zip(c.as_flattened()).for_each(|(f, c)| *f -= share * c);
     }
     unit(&f)
 }
 
 /// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step gains
 /// less than the share `tolerance`.
+#[inline(never)]
 pub(super) fn polish(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
     minimise(&Distances(points), retracted(*start), tolerance, 50).0
 }

@@ -31,6 +31,7 @@ impl Epipolar {
     /// With σ from the distances to the lines, each inlier gains min(r²/σ², 9) of both; one direction more makes that 1 on
     /// average with the variance 2. Those far off the plane count only when there are more of them on the lines than the
     /// best of all epipoles finds among wrong matches.
+    #[inline(never)]
     pub fn shows_parallax(&self, points: &Points, plane: &Projection, pixel: f64, chance: f64) -> bool {
         const CAP: f64 = 9.0;
         const FAR: f64 = 18.0;
@@ -84,6 +85,7 @@ struct Best<'a> {
 
 impl Best<'_> {
     /// Whether `f` is better than what there was.
+    #[inline(never)]
     fn offer(&mut self, f: Fundamental) -> bool {
         let sampled = self.scales.cost(self.points, &f, self.cost);
         if sampled >= self.cost || sampled.is_nan() {
@@ -106,6 +108,7 @@ impl Best<'_> {
     }
 
     /// Samples of `k` out of `n` that are needed to find one without outliers, by the present share of inliers.
+    #[inline(never)]
     fn needed(&self, search: &Search, inlying: impl Fn(&Fundamental) -> f64, k: usize) -> f64 {
         let most = f64::from(search.max_trials);
         let clean = self.fundamental.map_or(0.0, |f| (0..k).fold(1.0, |p, _| p * inlying(&f)));
@@ -122,6 +125,7 @@ impl Best<'_> {
 /// matches lie on one plane hardly any seven tell more than the plane (Chum, Werner & Matas 2005).
 ///
 /// `None` when no sample gave a matrix.
+#[inline(never)]
 pub(super) fn search(
     points: &Points,
     plane: Option<&Projection>,
@@ -180,6 +184,7 @@ pub(super) fn search(
 }
 
 /// Whether all of the sample lie on the same side of both cameras (Chum, Werner & Matas 2004).
+#[inline(never)]
 fn oriented(points: &Points, sample: &[usize], f: &Fundamental) -> bool {
     let Some(e) = epipole(f) else { return false };
     let side = |i: &usize| {
@@ -191,6 +196,7 @@ fn oriented(points: &Points, sample: &[usize], f: &Fundamental) -> bool {
 }
 
 /// Least squares and choice of inliers in turns, from the widest threshold down to what the inliers' own scale tells.
+#[inline(never)]
 fn settled(points: &Points, mut f: Fundamental, scales: &Scales) -> Option<Epipolar> {
     for threshold in scales.0 {
         for _ in 0..3 {
