@@ -17,6 +17,7 @@ mod reprojection;
 mod sampler;
 pub(crate) mod statistics;
 mod two_view;
+mod vectors;
 
 pub use estimate::estimate;
 pub use model::{Match, Model};

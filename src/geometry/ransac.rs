@@ -5,6 +5,7 @@ use super::errors::{Scales, count, inliers_of};
 use super::linear::fit;
 use super::points::{Points, Projection};
 use super::sampler::Sampler;
+use super::vectors::scale;
 
 /// How to search.
 #[derive(Debug, Clone, Copy)]
@@ -94,6 +95,7 @@ fn oriented(model: Projection, points: &Points, sample: &[usize]) -> Option<Proj
     }
 }
 
-fn negated(model: Projection) -> Projection {
-    model.map(|row| row.map(|v| -v))
+fn negated(mut model: Projection) -> Projection {
+    scale(model.as_flattened_mut(), -1.0);
+    model
 }

@@ -20,6 +20,7 @@ use super::estimate::{FEW, remarks};
 use super::points::{Normalisation, Points, Projection};
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median, nth};
+use super::vectors::cross;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
@@ -77,8 +78,11 @@ pub fn two_view(
     report(observer, Stage::Depth, 0.1)?;
     let Some(scene) = scene else {
         let mut geometry = flat?;
-        geometry.warnings.retain(|w| *w != Warning::NoDepth);
-        geometry.warnings.insert(0, Warning::ParallaxUnobservable);
+        for warning in &mut geometry.warnings {
+            if *warning == Warning::NoDepth {
+                *warning = Warning::ParallaxUnobservable;
+            }
+        }
         let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());
         return Ok(TwoView { spread: geometry.residual, geometry, target: zero(target)?, reference: zero(reference)? });
     };
@@ -203,6 +207,6 @@ fn motion(model: &Model, [x, y]: [f64; 2], d: f64) -> f64 {
 /// How far a point is from the epipolar line it should be on, in pixels.
 fn distance(model: &Model, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
     let e = [model.e[0], model.e[1], model.e[2]];
-    let [a, b, c] = fundamental::cross(e, model.transform(x, y, 0.0));
+    let [a, b, c] = cross(e, model.transform(x, y, 0.0));
     (a * u + b * v + c).abs() / (a * a + b * b).sqrt()
 }

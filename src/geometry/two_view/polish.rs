@@ -1,8 +1,9 @@
 //! Least squares on the Sampson distances, within the matrices of rank 2.
 
-use super::fundamental::{Fundamental, apply, apply_transposed, cofactors, dot};
+use super::fundamental::Fundamental;
 use crate::geometry::levenberg_marquardt::{LeastSquares, NUMBERS, Normal, minimise};
 use crate::geometry::points::Points;
+use crate::geometry::vectors::{add, apply, cofactors, dot, product, scale, transposed};
 
 /// The entries of F row by row, and two that count for nothing.
 type Entries = [f64; NUMBERS];
@@ -15,12 +16,12 @@ impl LeastSquares for Distances<'_> {
 
     /// Steps lead along the matrices of rank 2 and norm 1: across them there is no slope.
     fn normal(&self, f: &Fundamental) -> Normal {
-        let points = self.0;
+        let (points, back) = (self.0, transposed(f));
         let across = [unit(f), unit(&cofactors(f))].map(flat);
         let mut normal = Normal { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] };
         for p in points.iter() {
             let (m, a) = ([p.x, p.y, 1.0], [p.u, p.v, 1.0]);
-            let (mut l, mut k) = (apply(f, m), apply_transposed(f, a));
+            let (mut l, mut k) = (apply(f, m), apply(&back, a));
             let s = dot(a, l);
             (l[2], k[2]) = (0.0, 0.0);
             let square = dot(l, l) + dot(k, k);
@@ -32,22 +33,22 @@ impl LeastSquares for Distances<'_> {
                 *slope = inverse * (a[r] * inner[c] - q * l[r] * m[c]);
             }
             for normal in &across {
-                let along: f64 = slope.iter().zip(normal).map(|(s, n)| s * n).sum();
-                slope.iter_mut().zip(normal).for_each(|(s, n)| *s -= along * n);
+                let along = product(&slope, normal);
+                add(&mut slope, -along, normal);
             }
             let distance = s * inverse;
             normal.cost += 0.5 * distance * distance;
             for (j, row) in normal.matrix.iter_mut().enumerate() {
-                normal.gradient[j] += distance * slope[j];
-                row.iter_mut().zip(&slope).take(j + 1).for_each(|(sum, s)| *sum += slope[j] * s);
+                add(&mut row[..=j], slope[j], &slope);
             }
+            add(&mut normal.gradient, distance, &slope);
         }
         normal
     }
 
     fn moved(&self, f: &Fundamental, step: &Entries) -> Fundamental {
         let mut moved = *f;
-        moved.as_flattened_mut().iter_mut().zip(step).for_each(|(f, step)| *f += step);
+        add(moved.as_flattened_mut(), 1.0, step);
         retracted(moved)
     }
 }
@@ -59,13 +60,13 @@ fn flat(m: Fundamental) -> Entries {
 }
 
 fn square(m: &Fundamental) -> f64 {
-    m.as_flattened().iter().map(|v| v * v).sum()
+    product(m.as_flattened(), m.as_flattened())
 }
 
 fn unit(m: &Fundamental) -> Fundamental {
     let norm = square(m).sqrt().max(f64::MIN_POSITIVE);
     let mut unit = *m;
-    unit.as_flattened_mut().iter_mut().for_each(|v| *v /= norm);
+    scale(unit.as_flattened_mut(), 1.0 / norm);
     unit
 }
 
@@ -75,7 +76,7 @@ fn retracted(mut f: Fundamental) -> Fundamental {
     for _ in 0..3 {
         let c = cofactors(&f);
         let share = dot(c[0], f[0]) / square(&c).max(f64::MIN_POSITIVE);
-        f.as_flattened_mut().iter_mut().zip(c.as_flattened()).for_each(|(f, c)| *f -= share * c);
+        add(f.as_flattened_mut(), -share, c.as_flattened());
     }
     unit(&f)
 }

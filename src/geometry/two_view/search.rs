@@ -1,12 +1,13 @@
 //! From matches to the fundamental matrix and its inliers.
 
-use super::fundamental::{Fundamental, apply, cross, cross_matrix, dot, epipole};
+use super::fundamental::{Fundamental, cross_matrix, epipole};
 use super::polish::polish;
 use super::seven_point::{SAMPLE, seven_point};
 use crate::geometry::errors::{Scales, count, errors, inliers_of, inlying};
 use crate::geometry::points::{Point, Points, Projection};
 use crate::geometry::sampler::Sampler;
 use crate::geometry::statistics::{meaningful_consensus, median};
+use crate::geometry::vectors::{apply, cross, dot};
 
 /// The fundamental matrix and the matches that agree with it.
 #[derive(Debug, Clone)]

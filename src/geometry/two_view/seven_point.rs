@@ -1,23 +1,25 @@
 //! The fundamental matrices through seven matches (Hartley & Zisserman, section 11.1.2).
 
-use super::fundamental::{Fundamental, cofactors};
+use super::fundamental::Fundamental;
 use crate::geometry::points::{Point, Points};
+use crate::geometry::vectors::{add, cofactors, product, scale};
 
 pub(super) const SAMPLE: usize = 7;
 
 /// Up to three matrices of rank 2; none when the matches leave more than two dimensions open.
 #[inline(never)]
 pub(super) fn seven_point(points: &Points, sample: [usize; SAMPLE]) -> Vec<Fundamental> {
-    let rows = sample.map(|i| {
+    let mut rows = [[0.0; 9]; SAMPLE];
+    for (row, i) in rows.iter_mut().zip(sample) {
         let Point { x, y, u, v, .. } = points[i];
-        [u * x, u * y, u, v * x, v * y, v, x, y, 1.0]
-    });
+        *row = [u * x, u * y, u, v * x, v * y, v, x, y, 1.0];
+    }
     let mut found = Vec::new();
     if let Some([a, b]) = null_space(rows) {
         for t in real_roots(determinant(&a, &b)) {
             // A + tB.
             let mut f = a;
-            f.as_flattened_mut().iter_mut().zip(b.as_flattened()).for_each(|(a, b)| *a += t * b);
+            add(f.as_flattened_mut(), t, b.as_flattened());
             found.push(f);
         }
     }
@@ -26,9 +28,7 @@ pub(super) fn seven_point(points: &Points, sample: [usize; SAMPLE]) -> Vec<Funda
 
 /// det(A + tB) as a polynomial, the constant first.
 fn determinant(a: &Fundamental, b: &Fundamental) -> [f64; 4] {
-    let product = |a: &Fundamental, b: &Fundamental| {
-        a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum::<f64>()
-    };
+    let product = |a: &Fundamental, b: &Fundamental| product(a.as_flattened(), b.as_flattened());
     let (ca, cb) = (cofactors(a), cofactors(b));
     [product(&ca, a) / 3.0, product(&ca, b), product(&cb, a), product(&cb, b) / 3.0]
 }
@@ -53,11 +53,13 @@ fn null_space(mut rows: [[f64; 9]; SAMPLE]) -> Option<[Fundamental; 2]> {
         rows.swap(k, at / 9);
         pivots[k] = at % 9;
         let mut pivot = rows[k];
-        let scale = pivot[pivots[k]];
-        pivot.iter_mut().for_each(|v| *v /= scale);
+        let largest = pivot[pivots[k]];
+        scale(&mut pivot, 1.0 / largest);
+        // Exactly, so that it vanishes from the others.
+        pivot[pivots[k]] = 1.0;
         for row in &mut rows {
             let factor = row[pivots[k]];
-            row.iter_mut().zip(&pivot).for_each(|(v, p)| *v -= factor * p);
+            add(row, -factor, &pivot);
         }
         rows[k] = pivot;
     }
