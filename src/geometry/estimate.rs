@@ -283,31 +283,43 @@ impl<'a> Fit<'a> {
     ) -> Result<Estimate> {
         let inlying = flagged(self.matches, &consensus.inliers);
         check_spread(&inlying)?;
-        warnings.extend(remarks(inlying.len(), self.matches.len()));
+        let error =
+            |m: &Usable, side: usize| transfer_error(&models[side], m.ends[side], m.depths[side], m.ends[1 - side]);
+        let found = concluded(&inlying, models, kind, [passed, self.matches.len()], &error);
+        warnings.extend(found.warnings);
         let threshold = consensus.threshold / self.scale();
         if consensus.threshold > self.threshold * (1.0 + 1e-9) {
             warnings.push(Warning::ThresholdWidened { threshold });
         }
-        let mut inliers = vec![false; passed];
-        inlying.iter().for_each(|m| inliers[m.index] = true);
-        let residual = [0, 1].map(|side| {
-            let error = |m: &Usable| transfer_error(&models[side], m.ends[side], m.depths[side], m.ends[1 - side]);
-            median(inlying.iter().map(error).collect()).unwrap_or(0.0)
-        });
-        let [forward, reverse] = models;
-        Ok(Estimate {
-            forward,
-            reverse,
-            inliers,
-            kind,
-            usable: self.matches.len(),
-            threshold,
-            trials: self.trials,
-            residual,
-            focal: None,
-            comparison: None,
-            warnings,
-        })
+        Ok(Estimate { threshold, trials: self.trials, warnings, ..found })
+    }
+}
+
+/// What the inliers among so many matches, passed and usable, tell, `error` being that of a match in the model of a side.
+#[inline(never)]
+pub(super) fn concluded(
+    inlying: &[Usable],
+    models: [Model; 2],
+    kind: ModelKind,
+    [passed, usable]: [usize; 2],
+    error: &dyn Fn(&Usable, usize) -> f64,
+) -> Estimate {
+    let mut inliers = vec![false; passed];
+    inlying.iter().for_each(|m| inliers[m.index] = true);
+    let [forward, reverse] = models;
+    let residual = |side| median(inlying.iter().map(|m| error(m, side)).collect()).unwrap_or(0.0);
+    Estimate {
+        forward,
+        reverse,
+        inliers,
+        kind,
+        usable,
+        threshold: 0.0,
+        trials: 0,
+        residual: [residual(0), residual(1)],
+        focal: None,
+        comparison: None,
+        warnings: remarks(inlying.len(), usable),
     }
 }
 
@@ -316,7 +328,7 @@ fn chosen(comparison: &Comparison, calibration: Calibration) -> bool {
 }
 
 /// What a person should know of so many inliers.
-pub(super) fn remarks(inliers: usize, usable: usize) -> Vec<Warning> {
+fn remarks(inliers: usize, usable: usize) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if inliers < FEW {
         warnings.push(Warning::FewInliers { inliers });

@@ -28,18 +28,11 @@ pub(super) fn fit(points: &Points, indices: &[usize], columns: usize, min_pivot:
         let m = [1.0, x, y, d];
         let weights = [1.0, u, v, u * u + v * v];
         for r in 0..n {
-            for c in 0..=r {
+            for c in 0..n {
                 let mm = m[r] * m[c];
                 for (moment, weight) in moments.iter_mut().zip(weights) {
                     moment[r * n + c] += weight * mm;
                 }
-            }
-        }
-    }
-    for a in &mut moments {
-        for r in 0..n {
-            for c in 0..r {
-                a[c * n + r] = a[r * n + c];
             }
         }
     }

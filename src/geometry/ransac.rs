@@ -17,6 +17,22 @@ pub(super) struct Search {
     pub local: bool,
 }
 
+impl Search {
+    /// Samples of `k` that are needed to find one without outliers, at least `least` of them, when this share of the matches
+    /// are inliers: ln(1 − conf) / ln(1 − shareᵏ); log1p, as 1 − shareᵏ rounds to 1 for a tiny share.
+    #[inline(never)]
+    pub fn needed(&self, share: f64, k: usize, least: f64) -> f64 {
+        let clean = (0..k).fold(1.0, |p, _| p * share);
+        let most = f64::from(self.max_trials);
+        if clean > 0.0 {
+            let enough = libm::log1p(-self.confidence) / libm::log1p(-clean);
+            enough.ceil().max(least).min(most)
+        } else {
+            most
+        }
+    }
+}
+
 /// What a search found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
@@ -65,13 +81,8 @@ pub(super) fn msac(points: &Points, search: &Search, sampler: &mut Sampler, kind
             }
         }
         best = Some(model);
-        // ln(1 − conf) / ln(1 − ratioᵏ); log1p, as 1 − ratioᵏ rounds to 1 for a tiny ratio.
         let ratio = count(&inliers_of(points, &model, scales.narrowest())) as f64 / n as f64;
-        let clean = sample.iter().fold(1.0, |p, _| p * ratio);
-        if clean > 0.0 {
-            let enough = libm::log1p(-search.confidence) / libm::log1p(-clean);
-            needed = enough.ceil().max(LEAST_TRIALS).min(f64::from(search.max_trials));
-        }
+        needed = search.needed(ratio, sample.len(), LEAST_TRIALS);
     }
     best.map(|projection| Found { projection, trials })
 }

@@ -16,10 +16,11 @@ pub use derive::{derive_depth, derive_missing};
 
 use super::clean::{Usable, clean, spread};
 use super::errors::{Scales, count};
-use super::estimate::{FEW, remarks};
+use super::estimate::{FEW, concluded};
 use super::points::{Normalisation, Points, Projection};
+use super::ransac::Search;
 use super::sampler::Sampler;
-use super::statistics::{meaningful_consensus, median, nth};
+use super::statistics::{meaningful_consensus, nth};
 use super::vectors::cross;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
 use crate::observer::{Observer, report};
@@ -27,7 +28,7 @@ use crate::report::Warning;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
 use densify::{Kernel, Sample, Scattered};
 use parallax::{Parallax, plane_parallax};
-use search::{Epipolar, Search, search};
+use search::{Epipolar, search};
 
 /// The photos' diagonal in nodes of the dense maps.
 const NODES: f64 = 150.0;
@@ -117,7 +118,7 @@ impl Scene {
         };
         // A match errs in one direction only, and a wide band along the epipolar lines lets many wrong ones in.
         let scales = Scales::between(threshold, threshold / 3.0);
-        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials };
+        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials, local: true };
         let epipolar = search(&points, plane.as_ref(), &how, &mut Sampler::new(options.seed))?;
         let chance = chance(usable, epipolar.threshold / units.scale());
         let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
@@ -164,29 +165,11 @@ impl Scene {
 
     #[inline(never)]
     fn estimate(&self, usable: &[Usable], passed: usize) -> Estimate {
-        let mut inliers = vec![false; passed];
-        self.matches.iter().for_each(|m| inliers[usable[m.index].index] = true);
-        let residual = [0, 1].map(|side| {
-            let distances = self.matches.iter().map(|m| {
-                let ends = usable[m.index].ends;
-                distance(&self.models[side], ends[side], ends[1 - side])
-            });
-            median(distances.collect()).unwrap_or(0.0)
-        });
-        let [forward, reverse] = self.models;
-        Estimate {
-            forward,
-            reverse,
-            inliers,
-            kind: ModelKind::TwoView,
-            usable: usable.len(),
-            threshold: self.threshold,
-            trials: self.epipolar.trials,
-            residual,
-            focal: None,
-            comparison: None,
-            warnings: remarks(self.matches.len(), usable.len()),
-        }
+        let inlying: Vec<Usable> = self.matches.iter().map(|m| usable[m.index]).collect();
+        let models = &self.models;
+        let error = |m: &Usable, side: usize| distance(&models[side], m.ends[side], m.ends[1 - side]);
+        let found = concluded(&inlying, *models, ModelKind::TwoView, [passed, usable.len()], &error);
+        Estimate { threshold: self.threshold, trials: self.epipolar.trials, ..found }
     }
 }
 

@@ -5,6 +5,7 @@ use super::polish::polish;
 use super::seven_point::{SAMPLE, seven_point};
 use crate::geometry::errors::{Scales, count, errors, inliers_of, inlying};
 use crate::geometry::points::{Point, Points, Projection};
+use crate::geometry::ransac::Search;
 use crate::geometry::sampler::Sampler;
 use crate::geometry::statistics::{meaningful_consensus, median};
 use crate::geometry::vectors::{apply, cross, dot};
@@ -63,14 +64,6 @@ impl Epipolar {
 /// Two matches off the plane fix the epipole; as many again, as the plane gives way within the noise of its own matches.
 const EPIPOLE: usize = 4;
 
-/// How to search.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Search {
-    pub scales: Scales,
-    pub confidence: f64,
-    pub max_trials: u32,
-}
-
 /// The least number of samples: among the clean ones most tell little, on one plane as their matches may be.
 const LEAST_TRIALS: f64 = 200.0;
 const COARSE: f64 = 1e-2;
@@ -108,17 +101,12 @@ impl Best<'_> {
         true
     }
 
-    /// Samples of `k` out of `n` that are needed to find one without outliers, by the present share of inliers.
+    /// The share of inliers among these matches.
     #[inline(never)]
-    fn needed(&self, search: &Search, inlying: impl Fn(&Fundamental) -> f64, k: usize) -> f64 {
-        let most = f64::from(search.max_trials);
-        let clean = self.fundamental.map_or(0.0, |f| (0..k).fold(1.0, |p, _| p * inlying(&f)));
-        if clean > 0.0 {
-            let enough = libm::log1p(-search.confidence) / libm::log1p(-clean);
-            enough.ceil().max(LEAST_TRIALS).min(most)
-        } else {
-            most
-        }
+    fn share(&self, among: &[usize]) -> f64 {
+        let Some(f) = self.fundamental else { return 0.0 };
+        let inliers = inliers_of(self.points, &f, self.scales.narrowest());
+        among.iter().filter(|&&i| inliers[i]).count() as f64 / among.len() as f64
     }
 }
 
@@ -157,17 +145,13 @@ pub(super) fn search(
             sampler.sample(off.len(), &mut pair);
             let [a, b] = pair.map(|i| line(off[i]));
             if best.offer(cross_matrix(cross(a, b), &h)) {
-                let inlying = |f: &Fundamental| {
-                    let inliers = inliers_of(points, f, limit);
-                    off.iter().filter(|&&i| inliers[i]).count() as f64 / off.len() as f64
-                };
-                needed = best.needed(search, inlying, 2);
+                needed = search.needed(best.share(&off), 2, LEAST_TRIALS);
             }
         }
         trials += drawn as u32;
     }
-    let inlying = |f: &Fundamental| count(&inliers_of(points, f, search.scales.narrowest())) as f64 / n as f64;
-    let mut needed = best.needed(search, inlying, SAMPLE);
+    let all: Vec<usize> = (0..n).collect();
+    let mut needed = search.needed(best.share(&all), SAMPLE, LEAST_TRIALS);
     let mut drawn = 0.0;
     while drawn < needed {
         drawn += 1.0;
@@ -175,7 +159,7 @@ pub(super) fn search(
         sampler.sample(n, &mut sample);
         for f in seven_point(points, sample) {
             if oriented(points, &sample, &f) && best.offer(f) {
-                needed = best.needed(search, inlying, SAMPLE);
+                needed = search.needed(best.share(&all), SAMPLE, LEAST_TRIALS);
             }
         }
     }
