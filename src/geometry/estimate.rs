@@ -343,6 +343,7 @@ fn transfer_error(model: &Model, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> 
     model.project(x, y, d).map_or(f64::INFINITY, |[a, b]| ((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
 }
 
+#[inline(never)]
 fn check(options: &EstimateOptions) -> Result<()> {
     let (Threshold::Pixels(threshold) | Threshold::Normalised(threshold)) = options.threshold;
     let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value });

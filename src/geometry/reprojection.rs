@@ -12,6 +12,7 @@ use super::cameras::{Cameras, Vector, added, cross, dot, rotated, transposed};
 use super::levenberg_marquardt::{LeastSquares, NUMBERS, Normal};
 use super::points::{Points, Projection, transform};
 use super::statistics::median;
+use super::vectors::add;
 
 /// c² of the robust cost x/(1 + x/c²) of a squared error x (Geman & McClure 1987): from three standard deviations on, a match
 /// counts less and less.
@@ -133,12 +134,9 @@ impl Seen {
         for (k, row) in rows.iter_mut().enumerate() {
             row[6] += self.places[k];
             let (slope, weight) = (weight * self.offs[k], weight * self.shares[k]);
+            add(&mut normal.gradient, slope, row);
             for r in 0..NUMBERS {
-                normal.gradient[r] += slope * row[r];
-                let weighted = weight * row[r];
-                for c in 0..NUMBERS {
-                    normal.matrix[r][c] += weighted * row[c];
-                }
+                add(&mut normal.matrix[r], weight * row[r], row);
             }
         }
     }

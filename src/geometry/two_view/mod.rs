@@ -26,6 +26,7 @@ use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
+use affine::Moving;
 use densify::{Kernel, Sample, Scattered};
 use parallax::{Parallax, plane_parallax};
 use search::{Epipolar, search};
@@ -146,19 +147,20 @@ impl Scene {
         image: ImageView<'_>,
         observer: &mut dyn Observer,
     ) -> Result<(InverseDepth, f64)> {
-        let ends = self.matches.iter().map(|m| {
-            let point = usable[m.index].ends[side];
-            (point, m.depth[side], motion(&self.models[side], point, m.depth[side]))
-        });
+        let mut ends = Vec::new();
+        for m in &self.matches {
+            let (point, depth) = (usable[m.index].ends[side], m.depth[side]);
+            ends.push(Moving { point, depth, motion: motion(&self.models[side], point, depth) });
+        }
         // All points are localised alike, so a depth is the better known the more it moves its point.
-        let mean = ends.clone().map(|(_, _, motion)| motion * motion).sum::<f64>() / self.matches.len() as f64;
+        let mean = ends.iter().map(|m| m.motion * m.motion).sum::<f64>() / ends.len() as f64;
         let samples: Vec<Sample> = ends
-            .clone()
-            .map(|(point, value, motion)| Sample { point, value, weight: motion * motion / mean })
+            .iter()
+            .map(|m| Sample { point: m.point, value: m.depth, weight: m.motion * m.motion / mean })
             .collect();
         let mut scattered = Scattered::new(&samples, KERNEL, (image.width(), image.height()), Some(image));
         let errors: Vec<f64> =
-            ends.enumerate().map(|(i, (_, depth, motion))| (scattered.without(i) - depth).abs() * motion).collect();
+            ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.motion).collect();
         let most = 9 * errors.len() / 10;
         Ok((scattered.dense(NODES, observer)?, nth(errors, most).unwrap_or(0.0)))
     }

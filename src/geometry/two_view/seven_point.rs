@@ -50,9 +50,9 @@ fn null_space(mut rows: [[f64; 9]; SAMPLE]) -> Option<[Fundamental; 2]> {
         if largest.is_nan() || largest <= 1e-10 * first {
             return None;
         }
-        rows.swap(k, at / 9);
         pivots[k] = at % 9;
-        let mut pivot = rows[k];
+        let mut pivot = rows[at / 9];
+        rows[at / 9] = rows[k];
         let largest = pivot[pivots[k]];
         scale(&mut pivot, 1.0 / largest);
         // Exactly, so that it vanishes from the others.
