@@ -14,7 +14,7 @@ mod nearest;
 mod orientation;
 mod scale_space;
 mod selection;
-mod sort;
+pub(crate) mod sort;
 
 pub use descriptor::LENGTH;
 pub use detect::detect;

@@ -22,7 +22,7 @@ pub(super) fn sorted(len: usize, less: &dyn Fn(u32, u32) -> bool) -> Result<Vec<
 
 /// Heapsort by a total order. The standard library's sorts would each be several kilobytes of wasm.
 #[inline(never)]
-pub(super) fn sort(indices: &mut [u32], less: &dyn Fn(u32, u32) -> bool) {
+pub(crate) fn sort(indices: &mut [u32], less: &dyn Fn(u32, u32) -> bool) {
     let sift = |heap: &mut [u32], mut parent: usize| {
         loop {
             let mut child = 2 * parent + 1;

@@ -1,9 +1,9 @@
 //! The fit of two calibrated cameras, and the choice between them and the free models.
 
 use super::cameras::Cameras;
+use super::errors::inliers_of;
 use super::levenberg_marquardt::minimise;
 use super::points::{Normalisation, Points, Projection};
-use super::ransac::inliers_of;
 use super::reprojection::{CAP, Noise, Priors, Reprojection};
 use super::statistics::median;
 use super::{Comparison, Model, Score};
@@ -47,8 +47,8 @@ pub(super) fn calibrate(
     focal: Option<f64>,
 ) -> Option<Calibrated> {
     let mut both = [
-        Direction::new(forward, inliers, [target, reference], &models[0])?,
-        Direction::new(reverse, inliers, [reference, target], &models[1])?,
+        Direction::new(forward, inliers, [target, reference], &models[0]),
+        Direction::new(reverse, inliers, [reference, target], &models[1]),
     ];
     let diagonal = 1.0 / both[0].normalisation.source_scale();
     let known = focal.map(|f| f / diagonal);
@@ -141,18 +141,19 @@ struct Direction {
 }
 
 impl Direction {
-    fn new(pixels: &Points, inliers: &[bool], [from, to]: [(usize, usize); 2], model: &Model) -> Option<Self> {
+    fn new(pixels: &Points, inliers: &[bool], [from, to]: [(usize, usize); 2], model: &Model) -> Self {
         let chosen = pixels.select(inliers);
         let normalisation = Normalisation::from_centres(&chosen, from, to);
-        let (zero, middle) = (normalisation.depth(0.0), normalisation.depth(median(chosen.d.clone())?));
-        Some(Self {
+        let middle = median(chosen.iter().map(|p| p.d).collect()).unwrap_or(0.0);
+        let (zero, middle) = (normalisation.depth(0.0), normalisation.depth(middle));
+        Self {
             all: normalisation.apply(pixels),
             inliers: normalisation.apply(&chosen),
             flags: inliers.to_vec(),
             free: normalisation.projection(model),
             infinity: [zero, SHIFT * (middle - zero).abs()],
             normalisation,
-        })
+        }
     }
 
     /// Which matches are within `threshold` pixels.

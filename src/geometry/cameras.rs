@@ -12,10 +12,8 @@
 
 use super::levenberg_marquardt::NUMBERS;
 use super::points::Projection;
-
-pub(super) type Vector = [f64; 3];
-/// Row by row.
-pub(super) type Rotation = [Vector; 3];
+use super::vectors::cofactors;
+pub(super) use super::vectors::{Matrix as Rotation, Vector, added, apply as rotated, cross, dot, transposed};
 
 /// Two cameras.
 #[derive(Debug, Clone, Copy)]
@@ -98,7 +96,7 @@ fn decomposed(p: &Projection, focal: f64) -> Option<(Rotation, Vector, f64)> {
 fn nearest_rotation(mut a: Rotation) -> Option<Rotation> {
     for _ in 0..20 {
         // The cofactors over the determinant are the inverse transposed.
-        let cofactors = [cross(a[1], a[2]), cross(a[2], a[0]), cross(a[0], a[1])];
+        let cofactors = cofactors(&a);
         let determinant = dot(a[0], cofactors[0]);
         if determinant.is_nan() || determinant < 1e-9 {
             return None;
@@ -130,25 +128,4 @@ fn turned(rotation: &Rotation, omega: Vector) -> Rotation {
         [k * (x * z - y), k * (y * z + x), 1.0 - k * (x * x + y * y)],
     ];
     transposed(&transposed(rotation).map(|column| rotated(&by, column)))
-}
-
-pub(super) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// a + k·b.
-pub(super) fn added(a: Vector, b: Vector, k: f64) -> Vector {
-    [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]]
-}
-
-pub(super) fn rotated(r: &Rotation, v: Vector) -> Vector {
-    r.map(|row| dot(row, v))
-}
-
-pub(super) fn transposed(r: &Rotation) -> Rotation {
-    [0, 1, 2].map(|i| r.map(|row| row[i]))
 }

@@ -1,45 +1,57 @@
 //! Which matches can be used at all.
 
 use super::{Frame, Match};
-use std::collections::BTreeSet;
+use crate::features::sort::sort;
 
-/// A match that can be used, with the inverse depth at both ends (NaN at a hole or without a map).
+/// A match that can be used.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Usable {
     /// Its place among the matches passed.
     pub index: usize,
-    pub target: [f64; 2],
-    pub reference: [f64; 2],
-    pub target_depth: f64,
-    pub reference_depth: f64,
+    /// The points of the target and the reference.
+    pub ends: [[f64; 2]; 2],
+    /// The inverse depth at both, NaN at a hole or without a map.
+    pub depths: [f64; 2],
 }
 
 impl Usable {
     /// Depth known at both ends.
     pub fn has_depth(&self) -> bool {
-        (self.target_depth + self.reference_depth).is_finite()
+        (self.depths[0] + self.depths[1]).is_finite()
     }
+}
+
+/// Those whose flag is set.
+pub(super) fn flagged<T: Copy>(items: &[T], flags: &[bool]) -> Vec<T> {
+    let mut chosen = Vec::new();
+    for (item, flag) in items.iter().zip(flags) {
+        if *flag {
+            chosen.push(*item);
+        }
+    }
+    chosen
 }
 
 /// Drops the matches that are not finite or lie outside a frame (a pixel reaches half a pixel around its centre), and
 /// all but the first of those that share a point on either side: repeated matches would outvote the others.
-pub(super) fn clean(matches: &[Match], target: &Frame<'_>, reference: &Frame<'_>) -> Vec<Usable> {
-    let mut usable: Vec<Usable> = matches
-        .iter()
-        .enumerate()
-        .filter(|(_, m)| target.contains(m.target) && reference.contains(m.reference))
-        .map(|(index, m)| Usable {
-            index,
-            target: m.target,
-            reference: m.reference,
-            target_depth: target.depth_at(m.target),
-            reference_depth: reference.depth_at(m.reference),
-        })
-        .collect();
-    for side in [|m: &Usable| m.target, |m: &Usable| m.reference] {
-        let mut seen = BTreeSet::new();
+pub(super) fn clean(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
+    let mut usable = Vec::new();
+    for (index, m) in matches.iter().enumerate() {
+        let ends = [m.target, m.reference];
+        if (0..2).all(|side| frames[side].contains(ends[side])) {
+            usable.push(Usable { index, ends, depths: [0, 1].map(|side| frames[side].depth_at(ends[side])) });
+        }
+    }
+    for side in 0..2 {
         // Adding 0 makes −0 and 0 the same place.
-        usable.retain(|m| seen.insert(side(m).map(|v| (v + 0.0).to_bits())));
+        let place = |i: u32| usable[i as usize].ends[side].map(|v| (v + 0.0).to_bits());
+        let mut order: Vec<u32> = (0..usable.len() as u32).collect();
+        sort(&mut order, &|a, b| (place(a), a) < (place(b), b));
+        let mut first = vec![true; usable.len()];
+        for pair in order.windows(2) {
+            first[pair[1] as usize] = place(pair[0]) != place(pair[1]);
+        }
+        usable = flagged(&usable, &first);
     }
     usable
 }
@@ -55,13 +67,25 @@ impl Frame<'_> {
     }
 }
 
-/// The smaller and the larger standard deviation of points along their principal axes, in pixels.
-pub(super) fn spread(points: impl Iterator<Item = [f64; 2]> + Clone) -> [f64; 2] {
-    let n = points.clone().count().max(1) as f64;
-    let [cx, cy] = points.clone().fold([0.0, 0.0], |[a, b], [x, y]| [a + x, b + y]).map(|s| s / n);
-    let [xx, xy, yy] = points
-        .fold([0.0; 3], |[a, b, c], [x, y]| [a + (x - cx) * (x - cx), b + (x - cx) * (y - cy), c + (y - cy) * (y - cy)])
-        .map(|s| s / n);
+/// The smaller and the larger standard deviation of the matches' points in one photo (0 the target, 1 the reference) along
+/// their principal axes, in pixels.
+#[inline(never)]
+pub(super) fn spread(matches: &[Usable], side: usize) -> [f64; 2] {
+    let n = matches.len().max(1) as f64;
+    let [mut cx, mut cy] = [0.0; 2];
+    for m in matches {
+        cx += m.ends[side][0];
+        cy += m.ends[side][1];
+    }
+    (cx, cy) = (cx / n, cy / n);
+    let [mut xx, mut xy, mut yy] = [0.0; 3];
+    for m in matches {
+        let [x, y] = [m.ends[side][0] - cx, m.ends[side][1] - cy];
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+    }
+    (xx, xy, yy) = (xx / n, xy / n, yy / n);
     let half = (xx + yy) / 2.0;
     let radius = ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
     [(half - radius).max(0.0).sqrt(), (half + radius).sqrt()]

@@ -1,11 +1,12 @@
 //! The robust fit from end to end.
 
 use super::calibration::{Calibrated, calibrate};
-use super::clean::{Usable, clean, spread};
-use super::consensus::{Consensus, FINE, Kind, fitted, many_homographies, narrowed, published, sampled, scales};
+use super::clean::{Usable, clean, flagged, spread};
+use super::consensus::{Consensus, FINE, Kind, fitted, many_homographies, narrowed, published};
+use super::errors::{Scales, count, inliers_of};
 use super::parallax::observable;
-use super::points::{Normalisation, Points};
-use super::ransac::{Search, count, inliers_of};
+use super::points::{Normalisation, Points, Projection};
+use super::ransac::{Search, msac};
 use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, median};
 use super::{Calibration, Comparison, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
@@ -14,9 +15,6 @@ use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, Result, Stage};
 
-/// Matches that fix a depth model, and a homography.
-const DEPTH_SAMPLE: usize = 6;
-const FLAT_SAMPLE: usize = 4;
 /// Below it (less than three matches per number of the model) the fit is worth a look.
 pub(super) const FEW: usize = 30;
 /// Points closer to a line than this standard deviation, in pixels, determine no map: features are not localised better.
@@ -43,25 +41,25 @@ pub fn estimate(
     check_depth("targetDepth", &target)?;
     check_depth("referenceDepth", &reference)?;
     report(observer, Stage::Estimate, 0.0)?;
-    let usable = clean(matches, &target, &reference);
-    if usable.len() < FLAT_SAMPLE {
-        return Err(Error::TooFewMatches { matches: matches.len(), usable: usable.len(), needed: FLAT_SAMPLE }.into());
+    let mut usable = clean(matches, [&target, &reference]);
+    let least = Kind::Flat.sample();
+    if usable.len() < least {
+        return Err(Error::TooFewMatches { matches: matches.len(), usable: usable.len(), needed: least }.into());
     }
     check_spread(&usable)?;
 
     let mut warnings = Vec::new();
     let mut refused = None;
     if target.depth.is_some() && reference.depth.is_some() {
-        let deep: Vec<Usable> = usable.iter().copied().filter(Usable::has_depth).collect();
+        let deep: Vec<Usable> = flagged(&usable, &usable.iter().map(Usable::has_depth).collect::<Vec<_>>());
         // A few matches with depth do not outweigh many without.
-        if deep.len() < DEPTH_SAMPLE || (deep.len() < FEW && 2 * deep.len() < usable.len()) {
+        if deep.len() < Kind::Depth.sample() || (deep.len() < FEW && 2 * deep.len() < usable.len()) {
             warnings.push(Warning::DepthUnusable { usable: deep.len() });
         } else {
-            let fit = Fit::new(&deep, options);
-            match fit.depth(options, observer) {
+            let mut fit = Fit::new(&deep, options);
+            match fit.depth(observer) {
                 Ok(Some((mut consensus, mut models))) => {
-                    let sizes = [target.size, reference.size];
-                    let calibrated = fit.calibrated(&consensus, &models, sizes, options);
+                    let calibrated = fit.calibrated(&consensus, &models, [target.size, reference.size]);
                     report(observer, Stage::Estimate, 0.9)?;
                     let comparison = calibrated.as_ref().map(|(_, c)| c.comparison);
                     let (mut kind, mut focal) = (ModelKind::Depth, None);
@@ -71,7 +69,7 @@ pub fn estimate(
                         (consensus, models) = (cameras, found.models);
                         (kind, focal) = (ModelKind::Calibrated, Some(found.focal));
                     }
-                    let found = fit.finish(matches.len(), consensus, models, kind, warnings)?;
+                    let found = fit.finish(matches.len(), &consensus, models, kind, warnings)?;
                     return Ok(Estimate { focal, comparison, ..found });
                 }
                 Ok(None) => {}
@@ -83,222 +81,247 @@ pub fn estimate(
     } else {
         warnings.push(Warning::NoDepth);
     }
-    let flat: Vec<Usable> = usable.iter().map(|m| Usable { target_depth: 0.0, reference_depth: 0.0, ..*m }).collect();
-    let fit = Fit::new(&flat, options);
-    let (consensus, models) = fit.homography(options, observer).map_err(|error| match refused {
+    usable.iter_mut().for_each(|m| m.depths = [0.0; 2]);
+    let mut fit = Fit::new(&usable, options);
+    let (consensus, models) = fit.homography(observer).map_err(|error| match refused {
         Some(refused) if matches!(*error, Error::NoConsensus { .. }) => refused,
         _ => error,
     })?;
-    fit.finish(matches.len(), consensus, models, ModelKind::Homography, warnings)
+    fit.finish(matches.len(), &consensus, models, ModelKind::Homography, warnings)
 }
 
 /// The matches of one fit, in both directions, with what the search needs to know of them.
 struct Fit<'a> {
     matches: &'a [Usable],
-    /// Forward and reverse, in pixels.
+    options: &'a EstimateOptions,
+    sampler: Sampler,
+    /// Samples drawn so far.
+    trials: u32,
+    /// Forward and reverse, in pixels,
     pixels: [Points; 2],
-    forward: (Normalisation, Points),
-    reverse: (Normalisation, Points),
-    /// The user's threshold, normalised, and the same in pixels.
+    /// and normalised.
+    normalisations: [Normalisation; 2],
+    points: [Points; 2],
+    /// The user's threshold, normalised.
     threshold: f64,
     /// Area over which wrong matches scatter in the reference, in pixels.
     area: f64,
 }
 
 impl<'a> Fit<'a> {
-    fn new(matches: &'a [Usable], options: &EstimateOptions) -> Self {
-        let (mut forward, mut reverse) = (Points::default(), Points::default());
-        for m in matches {
-            forward.push(m.target, m.target_depth, m.reference);
-            reverse.push(m.reference, m.reference_depth, m.target);
+    #[inline(never)]
+    fn new(matches: &'a [Usable], options: &'a EstimateOptions) -> Self {
+        let mut pixels = [Points::default(), Points::default()];
+        for (side, points) in pixels.iter_mut().enumerate() {
+            matches.iter().for_each(|m| points.push(m.ends[side], m.depths[side], m.ends[1 - side]));
         }
-        let pixels = [forward, reverse];
-        let [forward, reverse] = [0, 1].map(|k| {
-            let normalisation = Normalisation::of(&pixels[k]);
-            (normalisation, normalisation.apply(&pixels[k]))
-        });
+        let normalisations = [Normalisation::of(&pixels[0]), Normalisation::of(&pixels[1])];
+        let points = [normalisations[0].apply(&pixels[0]), normalisations[1].apply(&pixels[1])];
         let threshold = match options.threshold {
-            Threshold::Pixels(t) => t * forward.0.scale(),
+            Threshold::Pixels(t) => t * normalisations[0].scale(),
             Threshold::Normalised(t) => t,
         };
         // A rectangle of the same covariance: wrong matches are no more spread than the features are.
-        let [narrow, wide] = spread(matches.iter().map(|m| m.reference));
-        Self { matches, pixels, forward, reverse, threshold, area: 12.0 * narrow * wide }
+        let [narrow, wide] = spread(matches, 1);
+        let (sampler, area) = (Sampler::new(options.seed), 12.0 * narrow * wide);
+        Self { matches, options, sampler, trials: 0, pixels, normalisations, points, threshold, area }
     }
 
-    fn search(&self, options: &EstimateOptions) -> Search {
-        let scales = match options.threshold {
-            Threshold::Pixels(_) => scales(WIDE, self.threshold),
-            Threshold::Normalised(t) => scales(t, t),
-        };
+    /// Normalised units per pixel.
+    fn scale(&self) -> f64 {
+        self.normalisations[0].scale()
+    }
+
+    /// Whether the threshold is one of pixels: it is narrowed down from a wide one, that is.
+    fn narrows(&self) -> bool {
+        matches!(self.options.threshold, Threshold::Pixels(_))
+    }
+
+    fn search(&self) -> Search {
+        let wide = if self.narrows() { WIDE } else { self.threshold };
         Search {
-            scales,
-            confidence: options.confidence,
-            max_trials: options.max_trials,
-            local: matches!(options.threshold, Threshold::Pixels(_)),
+            scales: Scales::between(wide, self.threshold),
+            confidence: self.options.confidence,
+            max_trials: self.options.max_trials,
+            local: self.narrows(),
         }
     }
 
-    fn consensus(&self, options: &EstimateOptions, sampler: &mut Sampler, kind: Kind) -> Option<Consensus> {
-        self.completed(options, sampled(&self.forward.1, &self.search(options), sampler, kind)?, kind)
+    #[inline(never)]
+    fn sampled(&mut self, kind: Kind) -> Option<Projection> {
+        let found = msac(&self.points[0], &self.search(), &mut self.sampler, kind)?;
+        self.trials += found.trials;
+        Some(found.projection)
     }
 
-    fn completed(&self, options: &EstimateOptions, found: Consensus, kind: Kind) -> Option<Consensus> {
-        match options.threshold {
-            Threshold::Pixels(_) => narrowed(&self.forward.1, &self.search(options).scales, found, kind),
-            Threshold::Normalised(_) => published(&self.forward.1, found, kind),
+    #[inline(never)]
+    fn completed(&self, found: &Projection, kind: Kind) -> Option<Consensus> {
+        if self.narrows() {
+            narrowed(&self.points[0], &self.search().scales, found, kind)
+        } else {
+            published(&self.points[0], found, self.threshold, kind)
         }
+    }
+
+    fn consensus(&mut self, kind: Kind) -> Option<Consensus> {
+        let found = self.sampled(kind)?;
+        self.completed(&found, kind)
     }
 
     /// The inliers at `threshold` that rule out chance among `n` matches; all of them when even that would prove nothing.
+    #[inline(never)]
     fn needed(&self, n: usize, sample: usize, threshold: f64) -> usize {
-        let radius = threshold / self.forward.0.scale();
+        let radius = threshold / self.scale();
         let chance = (std::f64::consts::PI * radius * radius / self.area).min(1.0);
         if n <= sample { n.max(sample) } else { meaningful_consensus(n, sample, chance).min(n) }
     }
 
-    fn believed(&self, consensus: &Consensus, sample: usize) -> Result<()> {
+    #[inline(never)]
+    fn believed(&self, consensus: &Consensus, kind: Kind) -> Result<()> {
         let (matches, inliers) = (self.matches.len(), consensus.count());
-        let needed = self.needed(matches, sample, consensus.threshold);
+        let needed = self.needed(matches, kind.sample(), consensus.threshold);
         if inliers < needed { Err(Error::NoConsensus { matches, inliers, needed }.into()) } else { Ok(()) }
     }
 
+    /// The model found and that of the other direction; `None` when the matches do not determine that one.
+    fn models(&self, consensus: &Consensus, kind: Kind) -> Option<[Model; 2]> {
+        let reverse = fitted(&self.points[1], &consensus.support, None, FINE, kind)?;
+        Some([self.normalisations[0].model(&consensus.projection), self.normalisations[1].model(&reverse)])
+    }
+
     /// The depth model in both directions, or `None` when a homography explains the matches as well.
-    fn depth(&self, options: &EstimateOptions, observer: &mut dyn Observer) -> Result<Option<(Consensus, [Model; 2])>> {
-        let points = &self.forward.1;
-        let mut sampler = Sampler::new(options.seed);
-        let deep = match options.robust_fit {
-            RobustFit::Depth => self.consensus(options, &mut sampler, Kind::Depth),
-            RobustFit::Homography => self
-                .consensus(options, &mut sampler, Kind::Flat)
-                .and_then(|flat| self.on_inliers(flat.inliers, flat.threshold, flat.trials)),
+    #[inline(never)]
+    fn depth(&mut self, observer: &mut dyn Observer) -> Result<Option<(Consensus, [Model; 2])>> {
+        let deep = match self.options.robust_fit {
+            RobustFit::Depth => self.consensus(Kind::Depth),
+            // The paper's comparisons fit the depth model to the inliers that homographies chose.
+            RobustFit::Homography => {
+                self.consensus(Kind::Flat).and_then(|flat| self.on_inliers(flat.inliers, flat.threshold))
+            }
             RobustFit::MultiHomography => {
-                let search = Search { scales: scales(self.threshold, self.threshold), ..self.search(options) };
-                let enough = |left| self.needed(left, FLAT_SAMPLE, self.threshold);
-                let (inliers, trials) = many_homographies(points, &search, &mut sampler, enough);
-                self.on_inliers(inliers, self.threshold, trials)
+                let search = Search { scales: Scales::between(self.threshold, self.threshold), ..self.search() };
+                let mut sampler = self.sampler.clone();
+                let enough = |left| self.needed(left, Kind::Flat.sample(), self.threshold);
+                let (inliers, trials) = many_homographies(&self.points[0], &search, &mut sampler, &enough);
+                self.trials += trials;
+                self.on_inliers(inliers, self.threshold)
             }
         };
         report(observer, Stage::Estimate, 0.6)?;
-        let Some(mut deep) = deep else { return Ok(None) };
-        self.believed(&deep, DEPTH_SAMPLE)?;
-        // The paper's comparisons fit the depth model to whatever inliers they chose, outliers included, and those would
-        // make a homography look as good.
-        if options.robust_fit == RobustFit::Depth
-            && let Some(flat) = sampled(points, &self.search(options), &mut sampler, Kind::Flat)
+        let Some(deep) = deep else { return Ok(None) };
+        self.believed(&deep, Kind::Depth)?;
+        // With outliers among the inliers, as homographies choose them, a homography would look as good.
+        if self.options.robust_fit == RobustFit::Depth
+            && let Some(flat) = self.sampled(Kind::Flat)
+            && self.flat_suffices(&deep, &flat)
         {
-            deep.trials += flat.trials;
-            if self.flat_suffices(&deep, flat, options) {
-                return Ok(None);
-            }
+            return Ok(None);
         }
         report(observer, Stage::Estimate, 0.8)?;
-        let reverse = fitted(&self.reverse.1, &deep.support, None, FINE, Kind::Depth);
-        Ok(reverse.map(|reverse| {
-            let models = [self.forward.0.model(&deep.projection), self.reverse.0.model(&reverse)];
-            (deep, models)
-        }))
+        Ok(self.models(&deep, Kind::Depth).map(|models| (deep, models)))
     }
 
     /// Two calibrated cameras in place of the free models, with their inliers; `None` when fewer matches agree with them
     /// than with chance.
+    #[inline(never)]
     fn calibrated(
         &self,
         free: &Consensus,
         models: &[Model; 2],
         sizes: [(usize, usize); 2],
-        options: &EstimateOptions,
     ) -> Option<(Consensus, Calibrated)> {
-        if options.calibration == Calibration::Off {
+        if self.options.calibration == Calibration::Off {
             return None;
         }
-        let found = calibrate(
-            &self.pixels,
-            &free.inliers,
-            sizes,
-            models,
-            free.threshold / self.forward.0.scale(),
-            options.focal,
-        )?;
-        let projection = self.forward.0.projection(&found.models[0]);
-        let inliers = inliers_of(&self.forward.1, &projection, free.threshold);
-        let consensus = Consensus { projection, support: inliers.clone(), inliers, ..*free };
-        self.believed(&consensus, DEPTH_SAMPLE).ok()?;
+        let threshold = free.threshold / self.scale();
+        let found = calibrate(&self.pixels, &free.inliers, sizes, models, threshold, self.options.focal)?;
+        let projection = self.normalisations[0].projection(&found.models[0]);
+        let inliers = inliers_of(&self.points[0], &projection, free.threshold);
+        let consensus = Consensus::new(projection, inliers, free.threshold);
+        self.believed(&consensus, Kind::Depth).ok()?;
         Some((consensus, found))
     }
 
     /// The depth model on inliers that homographies chose.
-    fn on_inliers(&self, inliers: Vec<bool>, threshold: f64, trials: u32) -> Option<Consensus> {
-        let projection = fitted(&self.forward.1, &inliers, None, FINE, Kind::Depth)?;
-        Some(Consensus { projection, support: inliers.clone(), inliers, threshold, trials })
+    fn on_inliers(&self, inliers: Vec<bool>, threshold: f64) -> Option<Consensus> {
+        let projection = fitted(&self.points[0], &inliers, None, FINE, Kind::Depth)?;
+        Some(Consensus::new(projection, inliers, threshold))
     }
 
     /// Whether a homography explains the matches as well as the depth model.
-    fn flat_suffices(&self, deep: &Consensus, flat: Consensus, options: &EstimateOptions) -> bool {
-        let (points, normalisation) = (&self.forward.1, &self.forward.0);
+    #[inline(never)]
+    fn flat_suffices(&self, deep: &Consensus, flat: &Projection) -> bool {
+        let points = &self.points[0];
         // So far behind before its refinement, it cannot catch up.
-        if 10 * count(&inliers_of(points, &flat.projection, deep.threshold)) < 7 * deep.count() {
+        if 10 * count(&inliers_of(points, flat, deep.threshold)) < 7 * deep.count() {
             return false;
         }
-        let flat = self.completed(options, flat, Kind::Flat).filter(|flat| self.believed(flat, FLAT_SAMPLE).is_ok());
+        let flat = self.completed(flat, Kind::Flat).filter(|flat| self.believed(flat, Kind::Flat).is_ok());
         flat.is_some_and(|flat| {
-            !observable(points, &deep.inliers, &deep.projection, &flat.projection, normalisation.scale(), self.area)
+            !observable(points, &deep.inliers, &deep.projection, &flat.projection, self.scale(), self.area)
         })
     }
 
-    fn homography(&self, options: &EstimateOptions, observer: &mut dyn Observer) -> Result<(Consensus, [Model; 2])> {
-        let matches = self.matches.len();
-        let consensus = self.consensus(options, &mut Sampler::new(options.seed), Kind::Flat);
+    #[inline(never)]
+    fn homography(&mut self, observer: &mut dyn Observer) -> Result<(Consensus, [Model; 2])> {
+        let consensus = self.consensus(Kind::Flat);
         report(observer, Stage::Estimate, 0.8)?;
-        let consensus = consensus.ok_or(Error::NoConsensus { matches, inliers: 0, needed: FLAT_SAMPLE })?;
-        self.believed(&consensus, FLAT_SAMPLE)?;
-        let reverse = fitted(&self.reverse.1, &consensus.support, None, FINE, Kind::Flat)
-            .ok_or(Error::NoConsensus { matches, inliers: consensus.count(), needed: FLAT_SAMPLE })?;
-        let models = [self.forward.0.model(&consensus.projection), self.reverse.0.model(&reverse)];
+        let inliers = consensus.as_ref().map_or(0, Consensus::count);
+        let refused = Error::NoConsensus { matches: self.matches.len(), inliers, needed: Kind::Flat.sample() };
+        let Some(consensus) = consensus else { return Err(refused.into()) };
+        self.believed(&consensus, Kind::Flat)?;
+        let models = self.models(&consensus, Kind::Flat).ok_or(refused)?;
         Ok((consensus, models))
     }
 
+    #[inline(never)]
     fn finish(
         &self,
         passed: usize,
-        consensus: Consensus,
-        [forward, reverse]: [Model; 2],
+        consensus: &Consensus,
+        models: [Model; 2],
         kind: ModelKind,
         mut warnings: Vec<Warning>,
     ) -> Result<Estimate> {
-        let inlying: Vec<Usable> =
-            self.matches.iter().zip(&consensus.inliers).filter(|(_, f)| **f).map(|(m, _)| *m).collect();
+        let inlying = flagged(self.matches, &consensus.inliers);
         check_spread(&inlying)?;
-        let (inliers, usable) = (count(&consensus.inliers), self.matches.len());
-        warnings.extend(remarks(inliers, usable));
-        let threshold = consensus.threshold / self.forward.0.scale();
+        let error =
+            |m: &Usable, side: usize| transfer_error(&models[side], m.ends[side], m.depths[side], m.ends[1 - side]);
+        let found = concluded(&inlying, models, kind, [passed, self.matches.len()], &error);
+        warnings.extend(found.warnings);
+        let threshold = consensus.threshold / self.scale();
         if consensus.threshold > self.threshold * (1.0 + 1e-9) {
             warnings.push(Warning::ThresholdWidened { threshold });
         }
-        let mut flags = vec![false; passed];
-        for m in &inlying {
-            flags[m.index] = true;
-        }
-        let residual = [
-            median(inlying.iter().map(|m| transfer_error(&forward, m.target, m.target_depth, m.reference)).collect()),
-            median(
-                inlying.iter().map(|m| transfer_error(&reverse, m.reference, m.reference_depth, m.target)).collect(),
-            ),
-        ]
-        .map(|r| r.unwrap_or(0.0));
-        Ok(Estimate {
-            forward,
-            reverse,
-            inliers: flags,
-            kind,
-            usable,
-            threshold,
-            trials: consensus.trials,
-            residual,
-            focal: None,
-            comparison: None,
-            warnings,
-        })
+        Ok(Estimate { threshold, trials: self.trials, warnings, ..found })
+    }
+}
+
+/// What the inliers among so many matches, passed and usable, tell, `error` being that of a match in the model of a side.
+#[inline(never)]
+pub(super) fn concluded(
+    inlying: &[Usable],
+    models: [Model; 2],
+    kind: ModelKind,
+    [passed, usable]: [usize; 2],
+    error: &dyn Fn(&Usable, usize) -> f64,
+) -> Estimate {
+    let mut inliers = vec![false; passed];
+    inlying.iter().for_each(|m| inliers[m.index] = true);
+    let [forward, reverse] = models;
+    let residual = |side| median(inlying.iter().map(|m| error(m, side)).collect()).unwrap_or(0.0);
+    Estimate {
+        forward,
+        reverse,
+        inliers,
+        kind,
+        usable,
+        threshold: 0.0,
+        trials: 0,
+        residual: [residual(0), residual(1)],
+        focal: None,
+        comparison: None,
+        warnings: remarks(inlying.len(), usable),
     }
 }
 
@@ -307,7 +330,7 @@ fn chosen(comparison: &Comparison, calibration: Calibration) -> bool {
 }
 
 /// What a person should know of so many inliers.
-pub(super) fn remarks(inliers: usize, usable: usize) -> Vec<Warning> {
+fn remarks(inliers: usize, usable: usize) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if inliers < FEW {
         warnings.push(Warning::FewInliers { inliers });
@@ -322,6 +345,7 @@ fn transfer_error(model: &Model, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> 
     model.project(x, y, d).map_or(f64::INFINITY, |[a, b]| ((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
 }
 
+#[inline(never)]
 fn check(options: &EstimateOptions) -> Result<()> {
     let (Threshold::Pixels(threshold) | Threshold::Normalised(threshold)) = options.threshold;
     let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value }.into());
@@ -346,10 +370,9 @@ fn check_depth(name: &'static str, frame: &Frame<'_>) -> Result<()> {
     frame.depth.map_or(Ok(()), |depth| check_size(name, (depth.width(), depth.height()), frame.size))
 }
 
+#[inline(never)]
 fn check_spread(matches: &[Usable]) -> Result<()> {
-    let [target, _] = spread(matches.iter().map(|m| m.target));
-    let [reference, _] = spread(matches.iter().map(|m| m.reference));
-    let spread = target.min(reference);
+    let spread = spread(matches, 0)[0].min(spread(matches, 1)[0]);
     if spread < LEAST_SPREAD {
         Err(Error::DegenerateGeometry { matches: matches.len(), spread }.into())
     } else {

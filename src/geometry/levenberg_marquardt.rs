@@ -4,7 +4,7 @@
 // Indices mirror the algebra.
 #![allow(clippy::needless_range_loop)]
 
-use super::linear::{Square, backward, cholesky};
+use super::linear::solve;
 
 /// How many numbers a problem can have. Those that it has not are 0 in its gradient and its matrix, and never move: one
 /// solver for all is less code.
@@ -14,7 +14,7 @@ pub(super) const NUMBERS: usize = 11;
 pub(super) struct Normal {
     pub cost: f64,
     pub gradient: [f64; NUMBERS],
-    pub matrix: Square<NUMBERS>,
+    pub matrix: [[f64; NUMBERS]; NUMBERS],
 }
 
 impl Normal {
@@ -25,13 +25,8 @@ impl Normal {
         for i in 0..NUMBERS {
             factor[i][i] += damping;
         }
-        cholesky(&mut factor, 0.0)?;
-        let mut rhs = self.gradient.map(|g| -g);
-        for r in 0..NUMBERS {
-            let dot: f64 = (0..r).map(|k| factor[r][k] * rhs[k]).sum();
-            rhs[r] = (rhs[r] - dot) / factor[r][r];
-        }
-        let step = backward(&factor, rhs);
+        let mut step = self.gradient.map(|g| -g);
+        solve(factor.as_flattened_mut(), &mut step)?;
         let fall = step.iter().zip(&self.gradient).map(|(s, g)| 0.5 * s * (damping * s - g)).sum();
         Some((step, fall))
     }
@@ -39,44 +34,59 @@ impl Normal {
 
 /// A cost that can be linearised at any state.
 pub(super) trait LeastSquares {
-    type State;
+    type State: Copy;
     fn normal(&self, state: &Self::State) -> Normal;
     fn moved(&self, state: &Self::State, step: &[f64; NUMBERS]) -> Self::State;
 }
 
 /// Minimises from `start`; the state found, never worse, and its cost. Stops when a step gains less than the share
 /// `tolerance`, or after `tries` of them.
-#[inline(never)]
 pub(super) fn minimise<P: LeastSquares>(problem: &P, start: P::State, tolerance: f64, tries: usize) -> (P::State, f64) {
     let mut state = start;
-    let mut normal = problem.normal(&state);
+    let cost = descend(problem.normal(&start), tolerance, tries, &mut |step, cost| {
+        let moved = problem.moved(&state, step);
+        let normal = problem.normal(&moved);
+        if normal.cost < cost {
+            state = moved;
+        }
+        normal
+    });
+    (state, cost)
+}
+
+/// The way down from where the equations are `normal`: one copy of it for all problems. `attempt` tells how they are after
+/// a step, which it keeps when they cost less than what it is given. Returns the last cost kept.
+#[inline(never)]
+fn descend(
+    mut normal: Normal,
+    tolerance: f64,
+    tries: usize,
+    attempt: &mut dyn FnMut(&[f64; NUMBERS], f64) -> Normal,
+) -> f64 {
     let largest = (0..NUMBERS).fold(0.0f64, |largest, i| largest.max(normal.matrix[i][i]));
     let (mut damping, mut growth) = (1e-6 * largest, 2.0);
     for _ in 0..tries {
-        let proposed = normal.step(damping).map(|(step, fall)| {
-            let moved = problem.moved(&state, &step);
-            let next = problem.normal(&moved);
-            (moved, fall, next)
-        });
-        let small = |fall: f64| fall <= tolerance * normal.cost;
-        match proposed {
-            Some((moved, fall, next)) if next.cost < normal.cost => {
+        if let Some((step, fall)) = normal.step(damping) {
+            let next = attempt(&step, normal.cost);
+            let small = |fall: f64| fall <= tolerance * normal.cost;
+            if next.cost < normal.cost {
                 let fallen = normal.cost - next.cost;
                 let done = small(fallen) && small(fall);
                 let excess = 2.0 * fallen / fall - 1.0;
                 damping *= (1.0 - excess * excess * excess).max(1.0 / 3.0);
                 growth = 2.0;
-                (state, normal) = (moved, next);
+                normal = next;
                 if done {
                     break;
                 }
+                continue;
             }
-            Some((_, fall, _)) if small(fall) => break,
-            _ => {
-                damping *= growth;
-                growth *= 2.0;
+            if small(fall) {
+                break;
             }
         }
+        damping *= growth;
+        growth *= 2.0;
     }
-    (state, normal.cost)
+    normal.cost
 }

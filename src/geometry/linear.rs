@@ -8,115 +8,130 @@
 // Indices mirror the algebra.
 #![allow(clippy::needless_range_loop)]
 
-use super::points::{Points, Projection};
+use super::points::{Point, Points, Projection};
 
-pub(super) type Square<const D: usize> = [[f64; D]; D];
+/// The most columns a projection has.
+const MOST: usize = 4;
 
-/// Fits a projection to the matches `indices`: D = 4 with depth (6 matches or more), D = 3 a homography (4 or more).
+/// Fits a projection of `columns` to the matches `indices`: 4 with depth (6 matches or more), 3 a homography (4 or more).
 ///
 /// `None` when the matches do not determine it: a coordinate that the ones before explain but for the share
 /// `min_pivot` of its variance means that they lie on one line or in one spot (y), or on one plane of depth (d).
 #[inline(never)]
-pub(super) fn fit<const D: usize>(points: &Points, indices: &[usize], min_pivot: f64) -> Option<Projection> {
-    // In the order 1, x, y, d, so that each pivot is the variance that the coordinates before leave unexplained.
-    let (mut s, mut su, mut sv, mut q) = ([[0.0; D]; D], [[0.0; D]; D], [[0.0; D]; D], [[0.0; D]; D]);
+pub(super) fn fit(points: &Points, indices: &[usize], columns: usize, min_pivot: f64) -> Option<Projection> {
+    let n = columns.min(MOST);
+    // S, S_u, S_v and Σ(u²+v²)mmᵀ in the order 1, x, y, d, so that each pivot is the variance that the coordinates before
+    // leave unexplained.
+    let mut moments = [[0.0; MOST * MOST]; 4];
     for &i in indices {
-        let m = [1.0, points.x[i], points.y[i], points.d[i]];
-        let (u, v) = (points.u[i], points.v[i]);
-        let square = u * u + v * v;
-        for r in 0..D {
-            for c in 0..=r {
+        let Point { x, y, d, u, v } = points[i];
+        let m = [1.0, x, y, d];
+        let weights = [1.0, u, v, u * u + v * v];
+        for r in 0..n {
+            for c in 0..n {
                 let mm = m[r] * m[c];
-                s[r][c] += mm;
-                su[r][c] += u * mm;
-                sv[r][c] += v * mm;
-                q[r][c] += square * mm;
+                for (moment, weight) in moments.iter_mut().zip(weights) {
+                    moment[r * n + c] += weight * mm;
+                }
             }
         }
     }
-    let n = s[0][0];
-    for a in [&mut su, &mut sv, &mut q] {
-        for r in 0..D {
-            for c in 0..r {
-                a[c][r] = a[r][c];
+    let [s, su, sv, q] = &mut moments;
+    let matches = s[0];
+    cholesky(s, n, min_pivot * matches)?;
+    // The rows of these symmetric matrices become the columns of L⁻¹S_u and L⁻¹S_v.
+    for row in su.chunks_exact_mut(n).zip(sv.chunks_exact_mut(n)).take(n) {
+        forward(s, row.0);
+        forward(s, row.1);
+    }
+    for r in 0..n {
+        for c in 0..n {
+            for k in 0..n {
+                q[r * n + c] -= su[r * n + k] * su[c * n + k] + sv[r * n + k] * sv[c * n + k];
             }
         }
     }
-    cholesky(&mut s, min_pivot * n)?;
-    let (wu, wv) = (forward(&s, su), forward(&s, sv));
-    for r in 0..D {
-        for c in 0..D {
-            for k in 0..D {
-                q[r][c] -= wu[k][r] * wu[k][c] + wv[k][r] * wv[k][c];
-            }
+    let mut rows = [[0.0; MOST]; 3];
+    rows[2] = smallest_eigenvector(q, n);
+    for (w, i) in [(su, 0), (sv, 1)] {
+        for r in 0..n {
+            rows[i][r] = (0..n).map(|c| w[c * n + r] * rows[2][c]).sum();
         }
+        backward(s, &mut rows[i][..n]);
     }
-    let h3 = smallest_eigenvector(q);
-    let row = |w: &Square<D>| backward(&s, std::array::from_fn(|r| (0..D).map(|c| w[r][c] * h3[c]).sum()));
-    let order = |h: [f64; D]| [h[1], h[2], h[0], if D > 3 { h[3] } else { 0.0 }];
-    Some([order(row(&wu)), order(row(&wv)), order(h3)])
+    Some(rows.map(|h| [h[1], h[2], h[0], h[3]]))
 }
 
-/// Replaces the lower triangle of `a` by its Cholesky factor; `None` when a pivot is below `min_pivot`.
-pub(super) fn cholesky<const D: usize>(a: &mut Square<D>, min_pivot: f64) -> Option<()> {
-    for j in 0..D {
-        let pivot = a[j][j] - (0..j).map(|k| a[j][k] * a[j][k]).sum::<f64>();
-        if pivot.is_nan() || pivot <= min_pivot {
-            return None;
-        }
-        a[j][j] = pivot.sqrt();
-        for r in j + 1..D {
-            let dot: f64 = (0..j).map(|k| a[r][k] * a[j][k]).sum();
-            a[r][j] = (a[r][j] - dot) / a[j][j];
+/// Replaces the lower triangle of the n×n matrix `a` by its Cholesky factor; `None` when a pivot is at most `min_pivot`.
+#[inline(never)]
+fn cholesky(a: &mut [f64], n: usize, min_pivot: f64) -> Option<()> {
+    for j in 0..n {
+        for r in j..n {
+            let dot: f64 = (0..j).map(|k| a[r * n + k] * a[j * n + k]).sum();
+            let rest = a[r * n + j] - dot;
+            if r > j {
+                a[r * n + j] = rest / a[j * n + j];
+            } else if rest > min_pivot {
+                a[r * n + j] = rest.sqrt();
+            } else {
+                return None;
+            }
         }
     }
     Some(())
 }
 
-/// L⁻¹b, column by column.
-fn forward<const D: usize>(l: &Square<D>, mut b: Square<D>) -> Square<D> {
-    for r in 0..D {
-        for c in 0..D {
-            let dot: f64 = (0..r).map(|k| l[r][k] * b[k][c]).sum();
-            b[r][c] = (b[r][c] - dot) / l[r][r];
-        }
-    }
-    b
+/// A⁻¹b in place of b, A being the symmetric matrix in the lower triangle of `a`, which becomes its Cholesky factor; `None`
+/// when A is not positive definite.
+pub(super) fn solve(a: &mut [f64], b: &mut [f64]) -> Option<()> {
+    cholesky(a, b.len(), 0.0)?;
+    forward(a, b);
+    backward(a, b);
+    Some(())
 }
 
-/// L⁻ᵀb.
-pub(super) fn backward<const D: usize>(l: &Square<D>, mut b: [f64; D]) -> [f64; D] {
-    for r in (0..D).rev() {
-        let dot: f64 = (r + 1..D).map(|k| l[k][r] * b[k]).sum();
-        b[r] = (b[r] - dot) / l[r][r];
+/// L⁻¹b in place of b, L being the lower triangle of `l`.
+#[inline(never)]
+fn forward(l: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for r in 0..n {
+        let dot: f64 = (0..r).map(|k| l[r * n + k] * b[k]).sum();
+        b[r] = (b[r] - dot) / l[r * n + r];
     }
-    b
 }
 
-/// Eigenvector of the smallest eigenvalue of a symmetric matrix, by cyclic Jacobi rotations.
-fn smallest_eigenvector<const D: usize>(mut a: Square<D>) -> [f64; D] {
-    let mut vectors: Square<D> = std::array::from_fn(|r| std::array::from_fn(|c| f64::from(u8::from(r == c))));
-    let trace: f64 = (0..D).map(|i| a[i][i].abs()).sum();
+/// L⁻ᵀb in place of b.
+#[inline(never)]
+fn backward(l: &[f64], b: &mut [f64]) {
+    let n = b.len();
+    for r in (0..n).rev() {
+        let dot: f64 = (r + 1..n).map(|k| l[k * n + r] * b[k]).sum();
+        b[r] = (b[r] - dot) / l[r * n + r];
+    }
+}
+
+/// Eigenvector of the smallest eigenvalue of a symmetric n×n matrix, by cyclic Jacobi rotations.
+fn smallest_eigenvector(a: &mut [f64], n: usize) -> [f64; MOST] {
+    let mut vectors = [0.0; MOST * MOST];
+    (0..n).for_each(|i| vectors[i * n + i] = 1.0);
+    let trace: f64 = (0..n).map(|i| a[i * n + i].abs()).sum();
     for _ in 0..12 {
         let mut off = 0.0;
-        for p in 0..D {
-            for q in p + 1..D {
-                off += a[p][q] * a[p][q];
-                if a[p][q] == 0.0 {
+        for p in 0..n {
+            for q in p + 1..n {
+                let (at, pp, qq) = (a[p * n + q], a[p * n + p], a[q * n + q]);
+                off += at * at;
+                if at == 0.0 {
                     continue;
                 }
-                let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+                let theta = (qq - pp) / (2.0 * at);
                 let t = if theta < 0.0 { -1.0 } else { 1.0 } / (theta.abs() + (theta * theta + 1.0).sqrt());
                 let c = 1.0 / (t * t + 1.0).sqrt();
-                let s = t * c;
-                for k in 0..D {
-                    (a[k][p], a[k][q]) = (c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]);
-                }
-                for k in 0..D {
-                    (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-                    (vectors[k][p], vectors[k][q]) =
-                        (c * vectors[k][p] - s * vectors[k][q], s * vectors[k][p] + c * vectors[k][q]);
-                }
+                // Columns of both, then rows.
+                let turn = [c, t * c];
+                rotate(a, n, [p, q], n, turn);
+                rotate(a, n, [p * n, q * n], 1, turn);
+                rotate(&mut vectors, n, [p, q], n, turn);
             }
         }
         if off <= 1e-30 * trace * trace {
@@ -124,10 +139,22 @@ fn smallest_eigenvector<const D: usize>(mut a: Square<D>) -> [f64; D] {
         }
     }
     let mut least = 0;
-    for i in 1..D {
-        if a[i][i] < a[least][least] {
+    for i in 1..n {
+        if a[i * n + i] < a[least * n + least] {
             least = i;
         }
     }
-    vectors.map(|row| row[least])
+    let mut vector = [0.0; MOST];
+    (0..n).for_each(|i| vector[i] = vectors[i * n + least]);
+    vector
+}
+
+/// Rotates two rows or columns of `n` entries, `step` apart from the places `p` and `q` on, by an angle given as cosine
+/// and sine.
+#[inline(never)]
+fn rotate(a: &mut [f64], n: usize, [p, q]: [usize; 2], step: usize, [c, s]: [f64; 2]) {
+    for k in 0..n {
+        let (i, j) = (p + k * step, q + k * step);
+        (a[i], a[j]) = (c * a[i] - s * a[j], s * a[i] + c * a[j]);
+    }
 }

@@ -4,6 +4,7 @@ mod calibration;
 mod cameras;
 mod clean;
 mod consensus;
+mod errors;
 mod estimate;
 mod levenberg_marquardt;
 mod linear;
@@ -16,6 +17,7 @@ mod reprojection;
 mod sampler;
 pub(crate) mod statistics;
 mod two_view;
+mod vectors;
 
 pub use estimate::estimate;
 pub use model::{Match, Model};

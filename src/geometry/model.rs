@@ -42,7 +42,7 @@ impl Model {
 
     /// Whether all entries are finite.
     pub fn is_finite(&self) -> bool {
-        self.h.iter().chain(self.e.iter()).all(|v| v.is_finite())
+        self.h.as_slice().iter().chain(self.e.as_slice()).all(|v| v.is_finite())
     }
 
     /// Homogeneous image of (x, y) with inverse depth d. Not in front of the camera unless the third one is positive.

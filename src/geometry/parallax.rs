@@ -1,5 +1,6 @@
 //! Whether the matches show parallax at all.
 
+use super::errors::errors;
 use super::points::{Points, Projection};
 use super::statistics::median;
 
@@ -22,7 +23,7 @@ pub(super) fn observable(
     scale: f64,
     area: f64,
 ) -> bool {
-    let with_depth: Vec<f64> = points.errors(depth).collect();
+    let with_depth: Vec<f64> = errors(points, depth);
     let chosen: Vec<f64> = with_depth.iter().zip(inliers).filter(|(_, f)| **f).map(|(e, _)| *e).collect();
     let n = chosen.len();
     let Some(middle) = median(chosen) else { return false };
@@ -31,7 +32,7 @@ pub(super) fn observable(
     let variance = (middle / (1.177 * 1.177) * freedom).max(FINEST * FINEST * scale * scale);
     let wrong = 2.0 * libm::log(area * scale * scale / (std::f64::consts::TAU * variance));
     let share = |e: f64| (e / variance).min(wrong);
-    let gains = with_depth.iter().zip(points.errors(flat)).map(|(d, h)| share(h) - share(*d));
+    let gains = with_depth.iter().zip(errors(points, flat)).map(|(d, h)| share(h) - share(*d));
     let (mut sum, mut largest) = (0.0, [0.0f64; 2]);
     for gain in gains {
         sum += gain;

@@ -27,12 +27,12 @@ impl LeastSquares for Transfer<'_> {
         // Σ weight·mmᵀ with the weights 1, −u, −v and u² + v², m being (x, y, d, 1) over the third coordinate.
         let mut moments = [[[0.0; 4]; 4]; 4];
         for i in 0..points.len() {
-            let m = [points.x[i], points.y[i], if depth { points.d[i] } else { 0.0 }, 1.0];
+            let m = [points[i].x, points[i].y, if depth { points[i].d } else { 0.0 }, 1.0];
             let [a, b, w] = [0, 1, 2].map(|r| p[r][0] * m[0] + p[r][1] * m[1] + p[r][3] * m[2] + p[r][2]);
             // A point that a step carries behind the camera is kept far off, so that the step is refused.
             let inverse = 1.0 / w.max(1e-9);
             let (u, v) = (a * inverse, b * inverse);
-            let (du, dv) = (u - points.u[i], v - points.v[i]);
+            let (du, dv) = (u - points[i].u, v - points[i].v);
             cost += 0.5 * (du * du + dv * dv);
             let m = m.map(|m| m * inverse);
             let weights = [1.0, -u, -v, u * u + v * v];

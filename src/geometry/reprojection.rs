@@ -12,6 +12,7 @@ use super::cameras::{Cameras, Vector, added, cross, dot, rotated, transposed};
 use super::levenberg_marquardt::{LeastSquares, NUMBERS, Normal};
 use super::points::{Points, Projection, transform};
 use super::statistics::median;
+use super::vectors::add;
 
 /// c² of the robust cost x/(1 + x/c²) of a squared error x (Geman & McClure 1987): from three standard deviations on, a match
 /// counts less and less.
@@ -36,8 +37,8 @@ impl Noise {
         let (mut across, mut along, mut units) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..points.len() {
             let translation = p.map(|row| row[3]);
-            let there = There::of(transform(p, points.x[i], points.y[i], points.d[i]), 1.0);
-            let [du, dv] = [there.place[0] - points.u[i], there.place[1] - points.v[i]];
+            let there = There::of(transform(p, points[i].x, points[i].y, points[i].d), 1.0);
+            let [du, dv] = [there.place[0] - points[i].u, there.place[1] - points[i].v];
             let [a, b] = there.slope_at(there.place, translation, 1.0);
             let square = a * a + b * b;
             across.push((du * b - dv * a) * (du * b - dv * a) / square);
@@ -53,7 +54,7 @@ impl Noise {
 
     /// The error of match `i`.
     pub fn error(&self, points: &Points, p: &Projection, i: usize) -> f64 {
-        let image = transform(p, points.x[i], points.y[i], points.d[i]);
+        let image = transform(p, points[i].x, points[i].y, points[i].d);
         if image[2] > 0.0 { Seen::of(points, i, image, p.map(|row| row[3]), 1.0, self).error } else { f64::INFINITY }
     }
 }
@@ -98,7 +99,7 @@ struct Seen {
 impl Seen {
     #[inline(never)]
     fn of(points: &Points, i: usize, image: Vector, translation: Vector, focal: f64, noise: &Noise) -> Self {
-        let (seen, ratio) = ([points.u[i], points.v[i]], noise.point / noise.depth);
+        let (seen, ratio) = ([points[i].u, points[i].v], noise.point / noise.depth);
         let off = |there: &There| [there.place[0] - seen[0], there.place[1] - seen[1]];
         // r(d + δ) is a linear function of δ, which has the slope at the point seen, over the third coordinate.
         let there = There::of(image, focal);
@@ -133,12 +134,9 @@ impl Seen {
         for (k, row) in rows.iter_mut().enumerate() {
             row[6] += self.places[k];
             let (slope, weight) = (weight * self.offs[k], weight * self.shares[k]);
+            add(&mut normal.gradient, slope, row);
             for r in 0..NUMBERS {
-                normal.gradient[r] += slope * row[r];
-                let weighted = weight * row[r];
-                for c in 0..NUMBERS {
-                    normal.matrix[r][c] += weighted * row[c];
-                }
+                add(&mut normal.matrix[r], weight * row[r], row);
             }
         }
     }
@@ -191,8 +189,8 @@ impl Reprojection<'_> {
         let (r, t) = (&cameras.rotation, cameras.translation);
         let axis = r.map(|row| focal * row[2]);
         for i in 0..points.len() {
-            let ray = rotated(r, [points.x[i], points.y[i], focal]);
-            let depth = points.d[i] - cameras.shift[0];
+            let ray = rotated(r, [points[i].x, points[i].y, focal]);
+            let depth = points[i].d - cameras.shift[0];
             let seen = Seen::of(points, i, added(ray, t, depth), t, focal, noise);
             let depth = depth + seen.correction;
             let rows = seen.gradients.map(|g| {
@@ -210,8 +208,8 @@ impl Reprojection<'_> {
         let (r, t, ratio) = (&cameras.rotation, cameras.translation, cameras.ratio);
         let (back, translation) = (transposed(r), cameras.reverse_translation());
         for i in 0..points.len() {
-            let ray = [points.x[i], points.y[i], focal];
-            let depth = points.d[i] - cameras.shift[1];
+            let ray = [points[i].x, points[i].y, focal];
+            let depth = points[i].d - cameras.shift[1];
             let image = added(rotated(&back, ray), translation, depth);
             let seen = Seen::of(points, i, image, translation, focal, noise);
             let depth = depth + seen.correction;

@@ -28,10 +28,10 @@ impl Sampler {
         ((u64::from(self.next()) * n as u64) >> 32) as usize
     }
 
-    /// K different indices below `n`, which must be at least K.
-    pub fn sample<const K: usize>(&mut self, n: usize) -> [usize; K] {
-        let mut picked = [0; K];
-        for i in 0..K {
+    /// Fills `picked` with different indices below `n`, which must be at least as many.
+    #[inline(never)]
+    pub fn sample(&mut self, n: usize, picked: &mut [usize]) {
+        for i in 0..picked.len() {
             picked[i] = loop {
                 let index = self.below(n);
                 if !picked[..i].contains(&index) {
@@ -39,6 +39,5 @@ impl Sampler {
                 }
             };
         }
-        picked
     }
 }

@@ -1,7 +1,6 @@
 //! The plane of relative inverse depth that most of the points are near to.
 
-use nalgebra::{Matrix3, Vector3};
-
+use crate::geometry::linear::solve;
 use crate::geometry::statistics::median;
 
 /// A point, its inverse depth, and by how many pixels its image in the other photo moves per inverse depth.
@@ -14,19 +13,25 @@ pub(super) struct Moving {
 
 /// a, b, c of depth = ax + by + c with the least sum of distances in the other photo, by reweighted least squares; what is
 /// within `unit` of the plane counts as on it. `None` when the points lie on one line.
+#[inline(never)]
 pub(super) fn dominant_plane(points: &[Moving], unit: f64) -> Option<[f64; 3]> {
     let mut plane = [0.0, 0.0, median(points.iter().map(|m| m.depth).collect())?];
     for _ in 0..20 {
-        let (mut normal, mut rhs) = (Matrix3::zeros(), Vector3::zeros());
+        let (mut normal, mut solved) = ([0.0; 9], [0.0; 3]);
         for m in points {
-            let p = Vector3::new(m.point[0], m.point[1], 1.0);
+            let p = [m.point[0], m.point[1], 1.0];
             let residual = (m.depth - at(plane, m.point)).abs() * m.motion;
             let weight = m.motion * m.motion / if residual > unit { residual } else { unit };
-            rhs += weight * m.depth * p;
-            normal += weight * p * p.transpose();
+            for r in 0..3 {
+                let weighted = weight * p[r];
+                solved[r] += weighted * m.depth;
+                for c in 0..=r {
+                    normal[3 * r + c] += weighted * p[c];
+                }
+            }
         }
-        let solved = normal.try_inverse()? * rhs;
-        plane = [solved[0], solved[1], solved[2]];
+        solve(&mut normal, &mut solved)?;
+        plane = solved;
     }
     Some(plane)
 }

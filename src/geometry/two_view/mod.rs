@@ -10,26 +10,26 @@ mod polish;
 mod pyramid;
 mod search;
 mod seven_point;
-mod units;
 
 pub use continuation::continue_outside;
 pub use derive::{derive_depth, derive_missing};
 
 use super::clean::{Usable, clean, spread};
-use super::consensus::scales;
-use super::estimate::{FEW, remarks};
-use super::points::{Points, Projection};
-use super::ransac::count;
+use super::errors::{Scales, count};
+use super::estimate::{FEW, concluded};
+use super::points::{Normalisation, Points, Projection};
+use super::ransac::Search;
 use super::sampler::Sampler;
-use super::statistics::{meaningful_consensus, median, nth};
+use super::statistics::{meaningful_consensus, nth};
+use super::vectors::cross;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
+use affine::Moving;
 use densify::{Kernel, Sample, Scattered};
 use parallax::{Parallax, plane_parallax};
-use search::{Epipolar, Search, search};
-use units::Units;
+use search::{Epipolar, search};
 
 /// The photos' diagonal in nodes of the dense maps.
 const NODES: f64 = 150.0;
@@ -75,13 +75,16 @@ pub fn two_view(
         Err(error) if matches!(*error, Error::NoConsensus { .. }) => Err(error),
         other => Ok(other?),
     };
-    let usable = clean(matches, &frames[0], &frames[1]);
+    let usable = clean(matches, [&frames[0], &frames[1]]);
     let scene = Scene::of(&usable, flat.as_ref().ok().map(|flat| &flat.forward), options);
     report(observer, Stage::Depth, 0.1)?;
     let Some(scene) = scene else {
         let mut geometry = flat?;
-        geometry.warnings.retain(|w| *w != Warning::NoDepth);
-        geometry.warnings.insert(0, Warning::ParallaxUnobservable);
+        for warning in &mut geometry.warnings {
+            if *warning == Warning::NoDepth {
+                *warning = Warning::ParallaxUnobservable;
+            }
+        }
         let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());
         return Ok(TwoView { spread: geometry.residual, geometry, target: zero(target)?, reference: zero(reference)? });
     };
@@ -103,32 +106,33 @@ struct Scene {
 
 impl Scene {
     /// `None` when the matches show no more parallax than `plane` explains.
+    #[inline(never)]
     fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
         let mut points = Points::default();
-        usable.iter().for_each(|m| points.push(m.target, 0.0, m.reference));
-        let units = Units::of(&points);
+        usable.iter().for_each(|m| points.push(m.ends[0], 0.0, m.ends[1]));
+        let units = Normalisation::isotropic(&points);
         let points = units.apply(&points);
         let plane = plane.map(|plane| units.projection(plane));
         let threshold = match options.threshold {
-            Threshold::Pixels(t) => t * units.scale,
+            Threshold::Pixels(t) => t * units.scale(),
             Threshold::Normalised(t) => t,
         };
         // A match errs in one direction only, and a wide band along the epipolar lines lets many wrong ones in.
-        let scales = scales(threshold, threshold / 3.0);
-        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials };
+        let scales = Scales::between(threshold, threshold / 3.0);
+        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials, local: true };
         let epipolar = search(&points, plane.as_ref(), &how, &mut Sampler::new(options.seed))?;
-        let chance = chance(usable, epipolar.threshold / units.scale);
+        let chance = chance(usable, epipolar.threshold / units.scale());
         let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
-        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale, chance);
+        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale(), chance);
         if count(&epipolar.inliers) < needed || !plane.as_ref().is_none_or(shown) {
             return None;
         }
-        let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale)?;
+        let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale())?;
         let forward = units.model(&projection);
         let models = [forward, forward.inverse()?];
         // From a few no dense depth can be made.
         (matches.len() >= needed.max(FEW)).then_some(Self {
-            threshold: epipolar.threshold / units.scale,
+            threshold: epipolar.threshold / units.scale(),
             epipolar,
             models,
             matches,
@@ -143,58 +147,42 @@ impl Scene {
         image: ImageView<'_>,
         observer: &mut dyn Observer,
     ) -> Result<(InverseDepth, f64)> {
-        let ends = self.matches.iter().map(|m| {
-            let point = if side == 0 { usable[m.index].target } else { usable[m.index].reference };
-            (point, m.depth[side], motion(&self.models[side], point, m.depth[side]))
-        });
+        let mut ends = Vec::new();
+        for m in &self.matches {
+            let (point, depth) = (usable[m.index].ends[side], m.depth[side]);
+            ends.push(Moving { point, depth, motion: motion(&self.models[side], point, depth) });
+        }
         // All points are localised alike, so a depth is the better known the more it moves its point.
-        let mean = ends.clone().map(|(_, _, motion)| motion * motion).sum::<f64>() / self.matches.len() as f64;
+        let mean = ends.iter().map(|m| m.motion * m.motion).sum::<f64>() / ends.len() as f64;
         let samples: Vec<Sample> = ends
-            .clone()
-            .map(|(point, value, motion)| Sample { point, value, weight: motion * motion / mean })
+            .iter()
+            .map(|m| Sample { point: m.point, value: m.depth, weight: m.motion * m.motion / mean })
             .collect();
         let mut scattered = Scattered::new(&samples, KERNEL, (image.width(), image.height()), Some(image));
         let errors: Vec<f64> =
-            ends.enumerate().map(|(i, (_, depth, motion))| (scattered.without(i) - depth).abs() * motion).collect();
+            ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.motion).collect();
         let most = 9 * errors.len() / 10;
         Ok((scattered.dense(NODES, observer)?, nth(errors, most).unwrap_or(0.0)))
     }
 
+    #[inline(never)]
     fn estimate(&self, usable: &[Usable], passed: usize) -> Estimate {
-        let mut inliers = vec![false; passed];
-        self.matches.iter().for_each(|m| inliers[usable[m.index].index] = true);
-        let residual = [0, 1].map(|side| {
-            let distances = self.matches.iter().map(|m| {
-                let (from, to) = (usable[m.index].target, usable[m.index].reference);
-                let (from, to) = if side == 0 { (from, to) } else { (to, from) };
-                distance(&self.models[side], from, to)
-            });
-            median(distances.collect()).unwrap_or(0.0)
-        });
-        let [forward, reverse] = self.models;
-        Estimate {
-            forward,
-            reverse,
-            inliers,
-            kind: ModelKind::TwoView,
-            usable: usable.len(),
-            threshold: self.threshold,
-            trials: self.epipolar.trials,
-            residual,
-            focal: None,
-            comparison: None,
-            warnings: remarks(self.matches.len(), usable.len()),
-        }
+        let inlying: Vec<Usable> = self.matches.iter().map(|m| usable[m.index]).collect();
+        let models = &self.models;
+        let error = |m: &Usable, side: usize| distance(&models[side], m.ends[side], m.ends[1 - side]);
+        let found = concluded(&inlying, *models, ModelKind::TwoView, [passed, usable.len()], &error);
+        Estimate { threshold: self.threshold, trials: self.epipolar.trials, ..found }
     }
 }
 
 /// The chance that a wrong match, which lies anywhere, is within the threshold of its line.
 fn chance(usable: &[Usable], threshold: f64) -> f64 {
-    let [narrow, wide] = spread(usable.iter().map(|m| m.reference));
+    let [narrow, wide] = spread(usable, 1);
     (2.0 * threshold / (12.0 * narrow * wide).sqrt()).min(1.0)
 }
 
 /// By how many pixels the image of a point moves per inverse depth.
+#[inline(never)]
 fn motion(model: &Model, [x, y]: [f64; 2], d: f64) -> f64 {
     let [u, v, w] = model.transform(x, y, d);
     let [du, dv] = [(model.e[0] - u / w * model.e[2]) / w, (model.e[1] - v / w * model.e[2]) / w];
@@ -204,6 +192,6 @@ fn motion(model: &Model, [x, y]: [f64; 2], d: f64) -> f64 {
 /// How far a point is from the epipolar line it should be on, in pixels.
 fn distance(model: &Model, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
     let e = [model.e[0], model.e[1], model.e[2]];
-    let [a, b, c] = fundamental::cross(e, model.transform(x, y, 0.0));
+    let [a, b, c] = cross(e, model.transform(x, y, 0.0));
     (a * u + b * v + c).abs() / (a * a + b * b).sqrt()
 }

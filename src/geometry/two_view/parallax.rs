@@ -1,8 +1,11 @@
 //! Plane and parallax: the model x' ~ H x̃ + e·g(x) that a fundamental matrix stands for, and g at the matches.
 
 use super::affine::{Moving, at, dominant_plane};
-use super::fundamental::{Fundamental, apply, cross, cross_matrix, dot, epipole};
-use crate::geometry::points::{Points, Projection, transform};
+use super::fundamental::{Fundamental, cross_matrix, epipole};
+use crate::geometry::clean::flagged;
+use crate::geometry::errors::count;
+use crate::geometry::points::{Point, Points, Projection, transform};
+use crate::geometry::vectors::{apply, cross, dot, scale};
 
 /// A match with its relative inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +23,7 @@ pub(super) struct Parallax {
 /// mean square 1, and the third coordinate positive. `unit` is a pixel in the points' coordinates.
 ///
 /// `None` when fewer than eight matches are left or the plane goes through the reference's camera.
+#[inline(never)]
 pub(super) fn plane_parallax(
     points: &Points,
     inliers: &[bool],
@@ -29,14 +33,18 @@ pub(super) fn plane_parallax(
     let e = epipole(f)?;
     let a = cross_matrix(e, f);
     let mut projection: Projection = [0, 1, 2].map(|r| [a[r][0], a[r][1], a[r][2], e[r]]);
-    let mut matches: Vec<Parallax> =
-        (0..points.len()).filter(|i| inliers[*i]).filter_map(|i| triangulated(points, i, f, &projection)).collect();
+    let mut matches = Vec::new();
+    for (i, point) in points.iter().enumerate().filter(|(i, _)| inliers[*i]) {
+        if let Some(found) = triangulated(i, point, f, &projection) {
+            matches.push(found);
+        }
+    }
     // Of all matches in front of both cameras the third coordinate has the same sign.
     let third = |p: &Projection, m: &Parallax| transform(p, m.target[0], m.target[1], m.depth[0])[2];
-    if 2 * matches.iter().filter(|m| third(&projection, m) < 0.0).count() > matches.len() {
-        projection = projection.map(|row| row.map(|v| -v));
-    }
-    matches.retain(|m| third(&projection, m) > 0.0);
+    let ahead: Vec<bool> = matches.iter().map(|m| third(&projection, m) > 0.0).collect();
+    let most = 2 * count(&ahead) >= ahead.len();
+    scale(projection.as_flattened_mut(), if most { 1.0 } else { -1.0 });
+    matches = flagged(&matches, &ahead.iter().map(|ahead| *ahead == most).collect::<Vec<_>>());
     for pass in 0..3 {
         if matches.len() < 8 {
             return None;
@@ -51,17 +59,17 @@ pub(super) fn plane_parallax(
         }
         matches.iter_mut().for_each(|m| m.depth[0] -= at(plane, m.target));
         if pass < 2 {
-            matches = supported(matches, unit);
+            matches = supported(&matches, unit);
         }
     }
-    let scale = (matches.iter().map(|m| m.depth[0] * m.depth[0]).sum::<f64>() / matches.len() as f64).sqrt();
-    if !scale.is_normal() {
+    let size = (matches.iter().map(|m| m.depth[0] * m.depth[0]).sum::<f64>() / matches.len() as f64).sqrt();
+    if !size.is_normal() {
         return None;
     }
-    projection.iter_mut().for_each(|row| row[3] *= scale);
+    projection.iter_mut().for_each(|row| row[3] *= size);
     for m in &mut matches {
-        m.depth[0] /= scale;
-        m.motion *= scale;
+        m.depth[0] /= size;
+        m.motion *= size;
         let w = third(&projection, m);
         m.depth[1] = m.depth[0] / w;
     }
@@ -70,8 +78,9 @@ pub(super) fn plane_parallax(
 
 /// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
 /// line next to it.
-fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> Option<Parallax> {
-    let (x, y, u, v) = (points.x[i], points.y[i], points.u[i], points.v[i]);
+#[inline(never)]
+fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Parallax> {
+    let Point { x, y, u, v, .. } = *point;
     let [a, b, c] = apply(f, [x, y, 1.0]);
     let offset = (a * u + b * v + c) / (a * a + b * b);
     let place = [u - offset * a, v - offset * b, 1.0];
@@ -82,7 +91,7 @@ fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> O
     let [du, dv] = [0, 1].map(|r| (e[r] - place[r] * e[2]) / w);
     let motion = (du * du + dv * dv).sqrt();
     (depth.is_finite() && motion.is_normal()).then_some(Parallax {
-        index: i,
+        index,
         target: [x, y],
         depth: [depth, depth],
         motion,
@@ -91,7 +100,8 @@ fn triangulated(points: &Points, i: usize, f: &Fundamental, p: &Projection) -> O
 
 /// Drops the matches that hardly any of their neighbours is like. A wrong match that meets the epipolar constraint by
 /// chance has any depth.
-fn supported(matches: Vec<Parallax>, unit: f64) -> Vec<Parallax> {
+#[inline(never)]
+fn supported(matches: &[Parallax], unit: f64) -> Vec<Parallax> {
     const NEIGHBOURS: usize = 9;
     const LIKE: usize = 3;
     // In pixels, and as a share of the distance.
@@ -102,14 +112,17 @@ fn supported(matches: Vec<Parallax>, unit: f64) -> Vec<Parallax> {
         for other in matches.iter().filter(|o| o.index != m.index) {
             let [dx, dy] = [0, 1].map(|k| m.target[k] - other.target[k]);
             let distance = dx * dx + dy * dy;
+            let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.motion);
             if distance < nearest[NEIGHBOURS - 1].0 {
-                let at = nearest.partition_point(|n| n.0 <= distance);
-                nearest[at..].rotate_right(1);
-                nearest[at] = (distance, (m.depth[0] - other.depth[0]).abs() * m.motion);
+                for near in &mut nearest {
+                    if next.0 < near.0 {
+                        std::mem::swap(near, &mut next);
+                    }
+                }
             }
         }
         nearest.iter().filter(|(square, apart)| *apart < TOLERANCE * unit + GRADIENT * square.sqrt()).count() >= LIKE
     };
     let flags: Vec<bool> = matches.iter().map(keep).collect();
-    matches.into_iter().zip(flags).filter(|(_, f)| *f).map(|(m, _)| m).collect()
+    flagged(matches, &flags)
 }

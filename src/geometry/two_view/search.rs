@@ -1,12 +1,14 @@
 //! From matches to the fundamental matrix and its inliers.
 
-use super::fundamental::{Fundamental, apply, cost, cross, cross_matrix, dot, epipole, inliers_of, sampson};
+use super::fundamental::{Fundamental, cross_matrix, epipole};
 use super::polish::polish;
 use super::seven_point::{SAMPLE, seven_point};
-use crate::geometry::points::{Points, Projection, Scales};
-use crate::geometry::ransac::count;
+use crate::geometry::errors::{Scales, count, errors, inliers_of, inlying};
+use crate::geometry::points::{Point, Points, Projection};
+use crate::geometry::ransac::Search;
 use crate::geometry::sampler::Sampler;
 use crate::geometry::statistics::{meaningful_consensus, median};
+use crate::geometry::vectors::{apply, cross, dot};
 
 /// The fundamental matrix and the matches that agree with it.
 #[derive(Debug, Clone)]
@@ -31,6 +33,7 @@ impl Epipolar {
     /// With σ from the distances to the lines, each inlier gains min(r²/σ², 9) of both; one direction more makes that 1 on
     /// average with the variance 2. Those far off the plane count only when there are more of them on the lines than the
     /// best of all epipoles finds among wrong matches.
+    #[inline(never)]
     pub fn shows_parallax(&self, points: &Points, plane: &Projection, pixel: f64, chance: f64) -> bool {
         const CAP: f64 = 9.0;
         const FAR: f64 = 18.0;
@@ -38,9 +41,10 @@ impl Epipolar {
         const SLACK: f64 = 1.3;
         let sigma = self.sigma.max(FINEST * pixel);
         let (mut near, mut far, mut gain, mut far_gain, mut off) = (0, 0, 0.0, 0.0, 0);
-        for ((line, point), inlier) in sampson(points, &self.fundamental).zip(points.errors(plane)).zip(&self.inliers) {
+        let lines = errors(points, &self.fundamental);
+        for ((line, point), inlier) in lines.iter().zip(errors(points, plane)).zip(&self.inliers) {
             // Half of a squared transfer error, as a Sampson distance is shared by both points.
-            let [line, point] = [line, 0.5 * point].map(|e| e / (sigma * sigma));
+            let [line, point] = [*line, 0.5 * point].map(|e| e / (sigma * sigma));
             let gained = point.min(CAP) - line.min(CAP);
             off += usize::from(point > FAR);
             match (*inlier, point > FAR) {
@@ -60,14 +64,6 @@ impl Epipolar {
 /// Two matches off the plane fix the epipole; as many again, as the plane gives way within the noise of its own matches.
 const EPIPOLE: usize = 4;
 
-/// How to search.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Search {
-    pub scales: Scales,
-    pub confidence: f64,
-    pub max_trials: u32,
-}
-
 /// The least number of samples: among the clean ones most tell little, on one plane as their matches may be.
 const LEAST_TRIALS: f64 = 200.0;
 const COARSE: f64 = 1e-2;
@@ -83,8 +79,9 @@ struct Best<'a> {
 
 impl Best<'_> {
     /// Whether `f` is better than what there was.
+    #[inline(never)]
     fn offer(&mut self, f: Fundamental) -> bool {
-        let sampled = cost(self.points, &f, &self.scales, self.cost);
+        let sampled = self.scales.cost(self.points, &f, self.cost);
         if sampled >= self.cost || sampled.is_nan() {
             return false;
         }
@@ -96,7 +93,7 @@ impl Best<'_> {
                 continue;
             }
             let local = polish(&self.points.select(&inliers), &f, COARSE);
-            let refined = cost(self.points, &local, &self.scales, self.cost);
+            let refined = self.scales.cost(self.points, &local, self.cost);
             if refined < self.cost {
                 (self.fundamental, self.cost) = (Some(local), refined);
             }
@@ -104,16 +101,12 @@ impl Best<'_> {
         true
     }
 
-    /// Samples of `k` out of `n` that are needed to find one without outliers, by the present share of inliers.
-    fn needed(&self, search: &Search, inlying: impl Fn(&Fundamental) -> f64, k: usize) -> f64 {
-        let most = f64::from(search.max_trials);
-        let clean = self.fundamental.map_or(0.0, |f| (0..k).fold(1.0, |p, _| p * inlying(&f)));
-        if clean > 0.0 {
-            let enough = libm::log1p(-search.confidence) / libm::log1p(-clean);
-            enough.ceil().max(LEAST_TRIALS).min(most)
-        } else {
-            most
-        }
+    /// The share of inliers among these matches.
+    #[inline(never)]
+    fn share(&self, among: &[usize]) -> f64 {
+        let Some(f) = self.fundamental else { return 0.0 };
+        let inliers = inliers_of(self.points, &f, self.scales.narrowest());
+        among.iter().filter(|&&i| inliers[i]).count() as f64 / among.len() as f64
     }
 }
 
@@ -121,6 +114,7 @@ impl Best<'_> {
 /// matches lie on one plane hardly any seven tell more than the plane (Chum, Werner & Matas 2005).
 ///
 /// `None` when no sample gave a matrix.
+#[inline(never)]
 pub(super) fn search(
     points: &Points,
     plane: Option<&Projection>,
@@ -136,34 +130,36 @@ pub(super) fn search(
     if let Some(plane) = plane {
         let limit = search.scales.narrowest();
         let off: Vec<usize> =
-            points.errors(plane).enumerate().filter(|(_, e)| *e > limit * limit).map(|(i, _)| i).collect();
+            errors(points, plane).into_iter().enumerate().filter(|(_, e)| *e > limit * limit).map(|(i, _)| i).collect();
         let h = plane.map(|row| [row[0], row[1], row[2]]);
         // The line that a match and its image by the plane span goes through the epipole.
-        let line = |i: usize| cross([points.u[i], points.v[i], 1.0], apply(&h, [points.x[i], points.y[i], 1.0]));
+        let line = |i: usize| {
+            let Point { x, y, u, v, .. } = points[i];
+            cross([u, v, 1.0], apply(&h, [x, y, 1.0]))
+        };
         let mut needed = f64::from(search.max_trials);
         let mut drawn = 0.0;
         while drawn < needed && off.len() >= 2 {
             drawn += 1.0;
-            let [a, b] = sampler.sample::<2>(off.len()).map(|i| line(off[i]));
+            let mut pair = [0; 2];
+            sampler.sample(off.len(), &mut pair);
+            let [a, b] = pair.map(|i| line(off[i]));
             if best.offer(cross_matrix(cross(a, b), &h)) {
-                let inlying = |f: &Fundamental| {
-                    let inliers = inliers_of(points, f, limit);
-                    off.iter().filter(|&&i| inliers[i]).count() as f64 / off.len() as f64
-                };
-                needed = best.needed(search, inlying, 2);
+                needed = search.needed(best.share(&off), 2, LEAST_TRIALS);
             }
         }
         trials += drawn as u32;
     }
-    let inlying = |f: &Fundamental| count(&inliers_of(points, f, search.scales.narrowest())) as f64 / n as f64;
-    let mut needed = best.needed(search, inlying, SAMPLE);
+    let all: Vec<usize> = (0..n).collect();
+    let mut needed = search.needed(best.share(&all), SAMPLE, LEAST_TRIALS);
     let mut drawn = 0.0;
     while drawn < needed {
         drawn += 1.0;
-        let sample = sampler.sample::<SAMPLE>(n);
+        let mut sample = [0; SAMPLE];
+        sampler.sample(n, &mut sample);
         for f in seven_point(points, sample) {
             if oriented(points, &sample, &f) && best.offer(f) {
-                needed = best.needed(search, inlying, SAMPLE);
+                needed = search.needed(best.share(&all), SAMPLE, LEAST_TRIALS);
             }
         }
     }
@@ -173,17 +169,19 @@ pub(super) fn search(
 }
 
 /// Whether all of the sample lie on the same side of both cameras (Chum, Werner & Matas 2004).
+#[inline(never)]
 fn oriented(points: &Points, sample: &[usize], f: &Fundamental) -> bool {
     let Some(e) = epipole(f) else { return false };
     let side = |i: &usize| {
-        let line = apply(f, [points.x[*i], points.y[*i], 1.0]);
-        dot(line, cross(e, [points.u[*i], points.v[*i], 1.0])) > 0.0
+        let Point { x, y, u, v, .. } = points[*i];
+        dot(apply(f, [x, y, 1.0]), cross(e, [u, v, 1.0])) > 0.0
     };
     let ahead = sample.iter().filter(|i| side(i)).count();
     ahead == 0 || ahead == sample.len()
 }
 
 /// Least squares and choice of inliers in turns, from the widest threshold down to what the inliers' own scale tells.
+#[inline(never)]
 fn settled(points: &Points, mut f: Fundamental, scales: &Scales) -> Option<Epipolar> {
     for threshold in scales.0 {
         for _ in 0..3 {
@@ -195,9 +193,8 @@ fn settled(points: &Points, mut f: Fundamental, scales: &Scales) -> Option<Epipo
         }
     }
     let wide = scales.widest();
-    let distances: Vec<f64> = sampson(points, &f).filter(|e| *e < wide * wide).collect();
     // The median of a normal deviate's absolute value is 0.6745 σ.
-    let sigma = median(distances)?.sqrt() / 0.6745;
+    let sigma = median(inlying(points, &f, wide))?.sqrt() / 0.6745;
     let threshold = (3.0 * sigma).max(0.03 * wide).min(wide);
     for _ in 0..10 {
         let inliers = inliers_of(points, &f, threshold);
