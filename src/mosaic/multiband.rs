@@ -7,7 +7,8 @@
 
 use std::ops::Range;
 
-use super::canvas::{Placed, rectangle};
+use super::canvas::Placed;
+use super::crop::bounding_box;
 use super::span::Span;
 use crate::image::{reserve, zeroed};
 use crate::{Image, Mask, Result};
@@ -71,7 +72,8 @@ fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>
         // 1 and 2 are the only labels that differ in both bits.
         here ^ right == 3 || here ^ below == 3
     };
-    rectangle((seam.width, seam.height), reach, &meets)
+    let size = (seam.width, seam.height);
+    bounding_box(size, &meets).map(|meeting| meeting.grown(reach, size).ranges())
 }
 
 /// The photos in the rectangle that is blended.

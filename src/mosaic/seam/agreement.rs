@@ -3,7 +3,8 @@
 use super::level::Level;
 use super::{BOTH, COARSEST};
 use crate::image::zeroed;
-use crate::mosaic::canvas::{Placed, rectangle};
+use crate::mosaic::canvas::Placed;
+use crate::mosaic::crop::bounding_box;
 use crate::mosaic::span::Span;
 use crate::{Image, Mask, Result};
 
@@ -22,7 +23,8 @@ pub(super) fn finest(
     // Two cells of the coarsest grid around what is to be decided: the cut is between what lies there.
     let margin = 2 << (free / COARSEST).max(1).ilog2().div_ceil(2);
     let size = (seam.width, seam.height);
-    let Some((columns, rows)) = rectangle(size, margin, &|i| seam.data[i] == BOTH) else { return Ok(None) };
+    let Some(overlap) = bounding_box(size, &|i| seam.data[i] == BOTH) else { return Ok(None) };
+    let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
     let (mut above, mut here) = (zeroed(columns.len())?, zeroed(columns.len())?);
     for (j, y) in rows.clone().enumerate() {
