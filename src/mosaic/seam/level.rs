@@ -73,28 +73,6 @@ impl Level {
         Ok(half)
     }
 
-    /// Decides for every cell.
-    pub fn cut_whole(&mut self, borders: &Borders) -> Result<()> {
-        self.shown = self.sides.clone();
-        let mut nodes = Vec::new();
-        reserve(&mut nodes, self.free())?;
-        nodes.extend((0..self.sides.len()).filter(|&at| self.sides[at] == BOTH));
-        self.decide(&nodes, borders, 0)
-    }
-
-    /// Takes the coarser level's decisions over, and decides anew near the seam.
-    pub fn refine(&mut self, coarser: &Self, borders: &Borders, scale: u32) -> Result<()> {
-        self.shown = self.sides.clone();
-        for (y, row) in self.shown.chunks_exact_mut(self.width).enumerate() {
-            let coarse = &coarser.shown[y / 2 * coarser.width..(y / 2 + 1) * coarser.width];
-            for (x, shown) in row.iter_mut().enumerate().filter(|(_, shown)| **shown == BOTH) {
-                *shown = coarse[x / 2];
-            }
-        }
-        let nodes = self.band()?;
-        self.decide(&nodes, borders, scale)
-    }
-
     /// Writes the decisions into the canvas' mask.
     pub fn write(&self, seam: &mut Mask) {
         for (y, row) in self.shown.chunks_exact(self.width).enumerate() {
@@ -125,35 +103,37 @@ impl Level {
         }
     }
 
-    /// The cells near the present seam that are free to change sides.
-    fn band(&self) -> Result<Vec<usize>> {
-        let mut near: Vec<bool> = zeroed(self.shown.len())?;
-        let mut nodes = Vec::new();
-        let mut mark = |at: usize| {
-            self.around(at, BAND, &mut |other| {
-                if self.sides[other] == BOTH && !near[other] {
-                    near[other] = true;
-                    nodes.push(other);
-                }
-            });
-        };
-        for at in 0..self.shown.len() {
-            let here = self.shown[at];
-            let right = if (at + 1).is_multiple_of(self.width) { here } else { self.shown[at + 1] };
-            let below = self.shown.get(at + self.width).copied().unwrap_or(here);
-            // 1 and 2 are the only labels that differ in both bits.
-            if here ^ right == BOTH || here ^ below == BOTH {
-                mark(at);
+    /// Decides for every cell. With a coarser level that is decided already, takes its decisions over, and decides anew
+    /// near the seam. `scale` is how many times the borders' grid is coarser by a half.
+    pub fn cut(&mut self, coarser: Option<&Self>, borders: &Borders, scale: u32) -> Result<()> {
+        let cells = self.sides.len();
+        self.shown = zeroed(cells)?;
+        self.shown.copy_from_slice(&self.sides);
+        let mut index: Vec<u32> = zeroed(cells)?; // 0: no node
+        if let Some(coarser) = coarser {
+            for at in (0..cells).filter(|&at| self.sides[at] == BOTH) {
+                self.shown[at] = coarser.shown[at / self.width / 2 * coarser.width + at % self.width / 2];
             }
+            for at in 0..cells {
+                let here = self.shown[at];
+                let right = if (at + 1).is_multiple_of(self.width) { here } else { self.shown[at + 1] };
+                let below = self.shown.get(at + self.width).copied().unwrap_or(here);
+                // 1 and 2 are the only labels that differ in both bits.
+                if here ^ right == BOTH || here ^ below == BOTH {
+                    self.around(at, BAND, &mut |other| index[other] = 1);
+                }
+            }
+        } else {
+            index.fill(1);
         }
-        Ok(nodes)
-    }
-
-    /// A minimum cut over `nodes`; all other cells stay as they are shown.
-    fn decide(&mut self, nodes: &[usize], borders: &Borders, scale: u32) -> Result<()> {
-        let mut index: Vec<u32> = zeroed(self.shown.len())?; // 0: no node
-        for (i, &at) in nodes.iter().enumerate() {
-            index[at] = i as u32 + 1;
+        let mut nodes: Vec<usize> = Vec::new();
+        reserve(&mut nodes, index.iter().filter(|index| **index != 0).count())?;
+        for (at, index) in index.iter_mut().enumerate().filter(|(_, index)| **index != 0) {
+            *index = 0;
+            if self.sides[at] == BOTH {
+                nodes.push(at);
+                *index = nodes.len() as u32;
+            }
         }
         let mut flow = Flow::new(nodes.len())?;
         for (i, &at) in nodes.iter().enumerate() {

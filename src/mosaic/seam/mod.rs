@@ -70,10 +70,7 @@ pub(super) fn cut(
     let Some(borders) = levels.last().map(Level::borders).transpose()? else { return Ok(()) };
     while let Some(mut level) = levels.pop() {
         span.part(0.5 + 0.5 / (levels.len() + 1) as f32, 1.0).row(0, 1)?;
-        match &coarser {
-            None => level.cut_whole(&borders)?,
-            Some(coarser) => level.refine(coarser, &borders, (coarsest - levels.len() - 1) as u32)?,
-        }
+        level.cut(coarser.as_ref(), &borders, (coarsest - levels.len() - 1) as u32)?;
         coarser = Some(level);
     }
     if let Some(level) = coarser {
