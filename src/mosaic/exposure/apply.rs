@@ -11,13 +11,14 @@ use crate::{Image, Result};
 pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256], span: &mut Span<'_>) -> Result<()> {
     let levels = levels(linear)?;
     // So that a product is an index.
-    let scaled = response.curves.map(|Curve { slope, pivot }| {
-        linear.map(|light| {
-            let light = f64::from(light);
-            let bent = if light > 0.0 { light * libm::exp(slope * (libm::log(light) - pivot)) } else { 0.0 };
-            (bent * (STEPS - 1) as f64) as f32
-        })
-    });
+    let mut scaled = [[0.0; 3]; 256];
+    for (scaled, &light) in scaled.iter_mut().zip(linear).filter(|(_, light)| **light > 0.0) {
+        let light = f64::from(light);
+        for (scaled, Curve { slope, pivot }) in scaled.iter_mut().zip(response.curves) {
+            let bent = light * libm::exp(slope * (libm::log(light) - pivot));
+            *scaled = (bent * (STEPS - 1) as f64) as f32;
+        }
+    }
     let (width, height) = (image.width, image.height);
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
@@ -27,7 +28,7 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
         let (above, below) = (above * columns, (above + 1).min(rows - 1) * columns);
         let share = f32x4::splat((y % step) as f32 * share_of);
         let gain_at = |i: usize| {
-            let [above, below] = [above + i, below + i].map(|node| f32x4::new(nodes[node]));
+            let [above, below] = [above + i, below + i].map(|node| f32x4::new(nodes[node].gain));
             above + (below - above) * share
         };
         for (i, pixels) in pixels.as_chunks_mut::<4>().0.chunks_mut(*step).enumerate() {
@@ -36,7 +37,7 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
                 let gain = (gain + slope * f32x4::splat(x as f32)).to_array();
                 for c in 0..3 {
-                    let light = scaled[c][usize::from(pixel[c])] * gain[c] + 0.5;
+                    let light = scaled[usize::from(pixel[c])][c] * gain[c] + 0.5;
                     pixel[c] = levels[(light as usize).min(STEPS - 1)];
                 }
             }

@@ -47,12 +47,24 @@ pub(super) struct Curve {
 
 /// Gains on a coarse grid over the canvas, bilinear between its nodes.
 pub(super) struct Field {
-    /// Row by row: red, green, blue, 0.
-    pub nodes: Vec<[f32; 4]>,
+    /// Row by row.
+    pub nodes: Vec<Node>,
     pub columns: usize,
     pub rows: usize,
     /// Pixels from node to node; the first is at pixel 0.
     pub step: usize,
+}
+
+/// A place of a [`Field`].
+#[derive(Clone, Copy, Default)]
+pub(super) struct Node {
+    /// Red, green, blue, 0.
+    pub gain: [f32; 4],
+    /// Of the channel that is fitted: logarithm of the gain here over the common one.
+    local: f64,
+    /// Weight of the samples around, and the weighted sum of what they say about it.
+    weight: f64,
+    sum: f64,
 }
 
 /// A sample as one channel sees it.
@@ -79,9 +91,7 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
     }
     let step = size.0.max(size.1).div_ceil(NODES).max(1);
     let (columns, rows) = (size.0.div_ceil(step) + 1, size.1.div_ceil(step) + 1);
-    let mut nodes: Vec<[f32; 4]> = zeroed(columns * rows)?;
-    let mut field: Vec<f64> = zeroed(columns * rows)?;
-    let mut data: Vec<[f64; 2]> = zeroed(columns * rows)?;
+    let mut nodes: Vec<Node> = zeroed(columns * rows)?;
     let mut observations: Vec<Observation> = zeroed(samples.len())?;
     let (mut gains, mut curves) = ([1.0; 3], [Curve::default(); 3]);
     for c in 0..3 {
@@ -90,14 +100,14 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
             o.light = libm::log(sample.target[c]);
             o.ratio = libm::log(sample.reference[c]) - o.light;
         }
-        field.fill(0.0);
+        nodes.iter_mut().for_each(|node| node.local = 0.0);
         let mut curve = Curve::default();
         let mut common = median_of(&observations, &|o| o.ratio)?;
         for _ in 0..ROUNDS {
             for o in &mut observations {
                 o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
                 for (node, share) in o.nodes {
-                    o.residual -= share * field[node];
+                    o.residual -= share * nodes[node].local;
                 }
             }
             let reach = 3.0 * (1.4826 * median_of(&observations, &|o| o.residual.abs())?).max(LEAST_SPREAD);
@@ -121,15 +131,15 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
                 square += o.weight * contrast * contrast;
             }
             curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
-            data.fill([0.0; 2]);
+            nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
             for o in &observations {
                 let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
                 for (node, share) in o.nodes {
-                    data[node][0] += o.weight * share;
-                    data[node][1] += o.weight * share * local;
+                    nodes[node].weight += o.weight * share;
+                    nodes[node].sum += o.weight * share * local;
                 }
             }
-            relax(&mut field, &data, columns);
+            relax(&mut nodes, columns);
         }
         curves[c] = curve;
         // What the fit makes of the light of all samples: those that do not fit are light, too.
@@ -139,8 +149,8 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
             after += sample.target[c] * libm::exp(o.ratio - o.residual);
         }
         gains[c] = after / before;
-        for (node, local) in nodes.iter_mut().zip(&field) {
-            node[c] = libm::exp((common + local).clamp(-2.0, 2.0)) as f32;
+        for node in &mut nodes {
+            node.gain[c] = libm::exp((common + node.local).clamp(-2.0, 2.0)) as f32;
         }
     }
     let sane = gains.iter().all(|gain| *gain > 1.0 / LARGEST && *gain < LARGEST);
@@ -166,16 +176,16 @@ fn corners([x, y]: [f32; 2], step: usize, columns: usize, rows: usize) -> [(usiz
     [(node, (1.0 - u) * (1.0 - v)), (node + 1, u * (1.0 - v)), (below, (1.0 - u) * v), (below + 1, u * v)]
 }
 
-/// Gauss–Seidel: each node the mean of its samples, its neighbours and 0. `data` is the weight and the weighted sum.
-fn relax(field: &mut [f64], data: &[[f64; 2]], columns: usize) {
+/// Gauss–Seidel: each node the mean of its samples, its neighbours and 0.
+fn relax(nodes: &mut [Node], columns: usize) {
     // Samples are weighted by their light: the pulls are in terms of their mean.
-    let total: f64 = data.iter().map(|[weight, _]| weight).sum();
-    let filled = data.iter().filter(|[weight, _]| *weight > 0.0).count().max(1);
+    let total: f64 = nodes.iter().map(|node| node.weight).sum();
+    let filled = nodes.iter().filter(|node| node.weight > 0.0).count().max(1);
     let scale = total / filled as f64 / 16.0;
     let (stiffness, damping) = (STIFFNESS * scale, DAMPING * scale);
     for _ in 0..SWEEPS {
-        for node in 0..field.len() {
-            let [mut weight, mut sum] = data[node];
+        for node in 0..nodes.len() {
+            let Node { mut weight, mut sum, .. } = nodes[node];
             let i = node % columns;
             for (there, neighbour) in [
                 (i > 0, node.wrapping_sub(1)),
@@ -183,11 +193,11 @@ fn relax(field: &mut [f64], data: &[[f64; 2]], columns: usize) {
                 (true, node.wrapping_sub(columns)),
                 (true, node + columns),
             ] {
-                if let Some(pull) = field.get(neighbour).filter(|_| there) {
-                    (weight, sum) = (weight + stiffness, sum + stiffness * pull);
+                if let Some(neighbour) = nodes.get(neighbour).filter(|_| there) {
+                    (weight, sum) = (weight + stiffness, sum + stiffness * neighbour.local);
                 }
             }
-            field[node] = sum / (weight + damping).max(f64::MIN_POSITIVE);
+            nodes[node].local = sum / (weight + damping).max(f64::MIN_POSITIVE);
         }
     }
 }

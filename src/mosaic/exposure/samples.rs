@@ -13,7 +13,7 @@ const TAPS: usize = 8;
 const USABLE: std::ops::RangeInclusive<u8> = 6..=249;
 
 /// The mean light of both photos over a small cell of the overlap.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Sample {
     /// Middle of the cell on the canvas.
     pub place: [f32; 2],
@@ -64,13 +64,12 @@ pub(super) fn collect(
             }
         }
         for (i, sums) in sums.iter().enumerate().filter(|(_, sums)| 2.0 * sums[6] >= taps.max(1) as f32) {
-            let mean = |first: usize| [0, 1, 2].map(|c| f64::from(sums[first + c]) / f64::from(sums[6]));
             let middle = |start: usize, offset: usize| (offset + start) as f32 + (side - 1) as f32 / 2.0;
-            samples.push(Sample {
-                place: [middle(i * side, reference.left), middle(top, reference.top)],
-                target: mean(0),
-                reference: mean(3),
-            });
+            let place = [middle(i * side, reference.left), middle(top, reference.top)];
+            let mut sample = Sample { place, target: [0.0; 3], reference: [0.0; 3] };
+            let means = sample.target.iter_mut().chain(&mut sample.reference);
+            means.zip(sums).for_each(|(mean, sum)| *mean = f64::from(*sum) / f64::from(sums[6]));
+            samples.push(sample);
         }
     }
     Ok(samples)

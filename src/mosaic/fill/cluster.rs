@@ -61,9 +61,10 @@ impl<'a> Clusters<'a> {
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
                 deepest = deepest.max(tiles[tile].deepest);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
-                    for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
-                        if tiles[next].deepest != 0 && tiles[next].cluster == 0 {
-                            tiles[next].cluster = number;
+                    let beside = row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns);
+                    for (next, tile) in beside.clone().zip(&mut tiles[beside]) {
+                        if tile.deepest != 0 && tile.cluster == 0 {
+                            tile.cluster = number;
                             open.push(next); // each tile once, so there is room
                         }
                     }

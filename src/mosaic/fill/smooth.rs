@@ -56,11 +56,11 @@ pub(super) fn fill(
             }
         }
         // The pixels of a front do not see one another, so their order makes no difference.
-        for i in front..order.len() {
+        for (i, (cell, number)) in order.iter_mut().enumerate().skip(front) {
             if i.is_multiple_of(REPORT_EVERY) {
                 progress.report((i - border) as f32 / count as f32)?;
             }
-            order[i].1 = transport.transported(order[i].0)?;
+            *number = transport.transported(*cell)?;
         }
         for &(cell, number) in &order[front..] {
             transport.numbers[cell] = number;

@@ -35,7 +35,7 @@ pub(super) fn finest(
         for ((i, x), above) in columns.clone().enumerate().zip(&mut above) {
             let (cell, at) = (j * columns.len() + i, y * seam.width + x);
             let side = seam.data[at];
-            level.sides[cell] = side;
+            level.cells[cell].side = side;
             let other = reference.pixel(photo, x).filter(|_| side == BOTH);
             let here = other.map(|other| [0, 1, 2].map(|c| i16::from(pixels[at][c]) - i16::from(other[c])));
             if let Some(here) = here {
@@ -43,7 +43,7 @@ pub(super) fn finest(
                 let gradients = change(here, left.unwrap_or(here)) + change(here, above.unwrap_or(here));
                 let place = (y - reference.top) * reference.photo.width() + x - reference.left;
                 let believed = trusted.is_none_or(|trusted| trusted.data[place] != 0);
-                level.costs[cell] = 2 * change(here, [0; 3]) + gradients + if believed { 0 } else { UNTRUSTED };
+                level.cells[cell].cost = 2 * change(here, [0; 3]) + gradients + if believed { 0 } else { UNTRUSTED };
             }
             (left, *above) = (here, here);
         }
