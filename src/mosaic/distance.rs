@@ -16,25 +16,24 @@ pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> boo
     grid.extend((0..cells).map(|cell| if inside(cell) { 0 } else { u32::MAX }));
     // Rosenfeld and Pfaltz: once with the neighbours above and to the left, once with the other four.
     for backwards in [false, true] {
-        for i in 0..cells {
+        for (first, x) in (0..cells).step_by(width).flat_map(|first| (0..width).map(move |x| (first, x))) {
+            let i = first + x;
             let cell = if backwards { cells - 1 - i } else { i };
             let mut least = grid[cell];
             if least == 0 {
                 continue;
             }
             // Cells left behind before this one: so many in its row, and whether there is a row.
-            let x = i % width;
-            for (there, steps, length) in [
-                (x > 0, 1, STRAIGHT),
-                (i >= width, width, STRAIGHT),
-                (x > 0 && i >= width, width + 1, DIAGONAL),
-                (x + 1 < width && i >= width, width - 1, DIAGONAL),
-            ] {
+            let mut look = |there: bool, steps: usize, length: u32| {
                 if there {
                     let neighbour = if backwards { cell + steps } else { cell - steps };
                     least = least.min(grid[neighbour].saturating_add(length));
                 }
-            }
+            };
+            look(x > 0, 1, STRAIGHT);
+            look(first > 0, width, STRAIGHT);
+            look(x > 0 && first > 0, width + 1, DIAGONAL);
+            look(x + 1 < width && first > 0, width - 1, DIAGONAL);
             grid[cell] = least;
         }
     }

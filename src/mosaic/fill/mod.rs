@@ -62,6 +62,9 @@ pub fn fill(
 ) -> Result<()> {
     check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
+    if voids.data.iter().all(|&void| void == 0) {
+        return report(observer, Stage::Fill, 1.0);
+    }
     let radius = options.radius as usize;
     match options.method {
         FillMethod::Exemplar => {
