@@ -21,10 +21,10 @@ const NOISE: f32 = 25.0;
 /// The four neighbours and then the other four.
 const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
 
-/// Instead of a number: nothing is known of the cell, it is to be filled, it is a valid pixel not looked at before.
+/// Instead of a number: nothing is known of the cell, it is to be filled, it is a pixel not looked at before.
 const UNKNOWN: u32 = u32::MAX;
 const VOID: u32 = u32::MAX - 1;
-const VALID: u32 = u32::MAX - 2;
+const UNSEEN: u32 = u32::MAX - 2;
 
 /// Fills the pixels of `voids` from their borders inwards; what `unknown` marks, which they are part of, tells nothing
 /// about them. On an error `image` is untouched.
@@ -132,12 +132,8 @@ impl<'a> Transport<'a> {
         let mut transport = Self { image, unknown, disc, spread, numbers, padding, stride, known: Vec::new(), near };
         for (y, voids) in voids.data.chunks_exact(image.width).enumerate() {
             let first = (y + padding) * stride + padding;
-            for (x, &void) in voids.iter().enumerate() {
-                if void != 0 {
-                    transport.numbers[first + x] = VOID;
-                } else if transport.valid(x, y).is_some() {
-                    transport.numbers[first + x] = VALID;
-                }
+            for (number, &void) in transport.numbers[first..].iter_mut().zip(voids) {
+                *number = if void != 0 { VOID } else { UNSEEN };
             }
         }
         Ok(transport)
@@ -172,8 +168,8 @@ impl<'a> Transport<'a> {
             reserve_more(&mut border, NEIGHBOURS.len())?;
             for (x, y) in NEIGHBOURS {
                 let next = cell.wrapping_add_signed(self.step(x, y));
-                if self.numbers[next] == VALID {
-                    border.push((next, self.look(next)?));
+                if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
+                    border.push((next, self.numbers[next]));
                 }
             }
         }
@@ -182,10 +178,12 @@ impl<'a> Transport<'a> {
 
     /// The number of a cell; [`UNKNOWN`] or [`VOID`] when nothing is known of it.
     fn look(&mut self, cell: usize) -> Result<u32> {
-        if self.numbers[cell] == VALID {
+        if self.numbers[cell] == UNSEEN {
             let (x, y) = self.position(cell);
-            let colour = self.valid(x, y).unwrap_or_default();
-            self.numbers[cell] = self.push(Known { colour, tensor: self.tensor(x, y, colour) })?;
+            self.numbers[cell] = match self.valid(x, y) {
+                Some(colour) => self.push(Known { colour, tensor: self.tensor(x, y, colour) })?,
+                None => UNKNOWN,
+            };
         }
         Ok(self.numbers[cell])
     }
