@@ -1,7 +1,5 @@
 //! Where the reference lies on the canvas.
 
-use std::ops::Range;
-
 use crate::image::check_len;
 use crate::warp::Warped;
 use crate::{Error, ImageView, Result};
@@ -28,27 +26,6 @@ impl<'a> Placed<'a> {
     pub fn pixel(&self, row: Option<&[[u8; 4]]>, x: usize) -> Option<[u8; 4]> {
         row?.get(x.wrapping_sub(self.left)).copied()
     }
-}
-
-/// Columns and rows of the smallest rectangle with all pixels of a picture that `f` is true of, `margin` more on each side
-/// as far as the picture goes; `None` when there are none.
-pub(super) fn rectangle(
-    (width, height): (usize, usize),
-    margin: usize,
-    f: &dyn Fn(usize) -> bool,
-) -> Option<(Range<usize>, Range<usize>)> {
-    let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
-    for y in 0..height {
-        let at = |x: &usize| f(y * width + x);
-        if let Some(first) = (0..width).find(at) {
-            left = left.min(first);
-            right = right.max((right..width).rfind(at).unwrap_or(right)).max(first);
-            top = top.min(y);
-            bottom = y;
-        }
-    }
-    let around = |low: usize, high: usize, most: usize| low.saturating_sub(margin)..(high + margin + 1).min(most);
-    (left < width).then(|| (around(left, right, width), around(top, bottom, height)))
 }
 
 /// Checks that the canvas is whole and that the reference lies inside it at the warped target's offset.

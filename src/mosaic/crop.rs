@@ -1,5 +1,7 @@
 //! Rectangles of the mosaic that are worth keeping.
 
+use std::ops::Range;
+
 use crate::image::{check_len, reserve, zeroed};
 use crate::{Error, Image, Result};
 
@@ -14,6 +16,21 @@ pub struct Rect {
     pub width: usize,
     /// Rows.
     pub height: usize,
+}
+
+impl Rect {
+    /// The rectangle with so many pixels more on each side, as far as a picture of that size reaches.
+    pub(super) fn grown(self, margin: usize, (width, height): (usize, usize)) -> Self {
+        let (x, y) = (self.x.saturating_sub(margin), self.y.saturating_sub(margin));
+        let right = (self.x + self.width + margin).min(width);
+        let bottom = (self.y + self.height + margin).min(height);
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// Its columns and rows.
+    pub(super) fn ranges(self) -> (Range<usize>, Range<usize>) {
+        (self.x..self.x + self.width, self.y..self.y + self.height)
+    }
 }
 
 /// Which part of the mosaic is kept.
@@ -78,20 +95,22 @@ fn precedes(a: &Rect, b: &Rect) -> bool {
 pub fn bounds(image: &Image) -> Result<Option<Rect>> {
     check_len("image", image.data.len(), image.width, image.height, 4)?;
     let pixels = image.data.as_chunks::<4>().0;
-    Ok(bounding_box(pixels, image.width, |pixel| pixel[3] != 0))
+    Ok(bounding_box((image.width, image.height), &|i| pixels[i][3] != 0))
 }
 
-/// The smallest rectangle around all cells that are set, `width` cells a row.
-pub(super) fn bounding_box<T>(cells: &[T], width: usize, set: impl Fn(&T) -> bool) -> Option<Rect> {
-    let (mut left, mut right, mut top, mut bottom) = (width, 0, None, 0);
-    for (y, row) in cells.chunks_exact(width).enumerate() {
-        let Some(last) = row.iter().rposition(&set) else { continue };
-        top = top.or(Some(y));
-        bottom = y + 1;
-        right = right.max(last + 1);
-        left = row.iter().take(left).position(&set).unwrap_or(left);
+/// The smallest rectangle with all pixels of a picture that `inside` is true of; `None` when there are none.
+#[inline(never)]
+pub(super) fn bounding_box((width, height): (usize, usize), inside: &dyn Fn(usize) -> bool) -> Option<Rect> {
+    let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
+    for y in 0..height {
+        let at = |x: &usize| inside(y * width + x);
+        if let Some(first) = (0..width).find(at) {
+            (left, right) = (left.min(first), right.max(first + 1));
+            right = (right..width).rfind(at).map_or(right, |last| last + 1);
+            (top, bottom) = (top.min(y), y + 1);
+        }
     }
-    top.map(|y| Rect { x: left, y, width: right - left, height: bottom - y })
+    (left < width).then(|| Rect { x: left, y: top, width: right - left, height: bottom - top })
 }
 
 /// The part of a picture in a rectangle.

@@ -3,37 +3,44 @@
 use crate::Result;
 use crate::image::reserve;
 
-/// What a step to the next pixel counts.
-pub(super) const UNIT: u16 = 5;
-const DIAGONAL: u16 = 7;
+/// Step lengths of the 5-7 chamfer distance: within 8 % of the Euclidean one, exact in integers.
+pub(super) const STRAIGHT: u32 = 5;
+const DIAGONAL: u32 = 7;
 
-/// Distance of every pixel to the nearest one of which `inside` is true or that lies beyond the frame, if `framed`: in
-/// [`UNIT`]s, by the 5-7 chamfer (within 8 % of the Euclidean one), at most 65535.
-pub(super) fn distance(width: usize, height: usize, framed: bool, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
-    let mut field = Vec::new();
-    reserve(&mut field, width * height)?;
-    field.extend((0..width * height).map(|i| if inside(i) { 0 } else { u16::MAX }));
-    let beyond = if framed { UNIT } else { u16::MAX };
-    // Down and to the right, then back: the same sweep of the field read backwards.
+/// Distance of every cell of a grid, `width` cells a row, from the nearest one of which `inside` is true: [`STRAIGHT`] to
+/// the pixel; `u32::MAX` if there is none.
+#[inline(never)]
+pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u32>> {
+    let mut grid = Vec::new();
+    reserve(&mut grid, cells)?;
+    grid.extend((0..cells).map(|cell| if inside(cell) { 0 } else { u32::MAX }));
+    // Rosenfeld and Pfaltz: once with the neighbours above and to the left, once with the other four.
     for backwards in [false, true] {
-        let place = |x: usize, y: usize| {
-            let i = y * width + x;
-            if backwards { width * height - 1 - i } else { i }
-        };
-        for y in 0..height {
-            for x in 0..width {
-                let mut least = field[place(x, y)];
-                let mut near = |there: bool, x: usize, y: usize, step: u16| {
-                    let through = if there { field[place(x, y)].saturating_add(step) } else { beyond };
-                    least = least.min(through);
-                };
-                near(x > 0, x.wrapping_sub(1), y, UNIT);
-                near(y > 0, x, y.wrapping_sub(1), UNIT);
-                near(x > 0 && y > 0, x.wrapping_sub(1), y.wrapping_sub(1), DIAGONAL);
-                near(x + 1 < width && y > 0, x + 1, y.wrapping_sub(1), DIAGONAL);
-                field[place(x, y)] = least;
+        for (first, x) in (0..cells).step_by(width).flat_map(|first| (0..width).map(move |x| (first, x))) {
+            let i = first + x;
+            let cell = if backwards { cells - 1 - i } else { i };
+            let mut least = grid[cell];
+            if least == 0 {
+                continue;
             }
+            // Cells left behind before this one: so many in its row, and whether there is a row.
+            let mut look = |there: bool, steps: usize, length: u32| {
+                if there {
+                    let neighbour = if backwards { cell + steps } else { cell - steps };
+                    least = least.min(grid[neighbour].saturating_add(length));
+                }
+            };
+            look(x > 0, 1, STRAIGHT);
+            look(first > 0, width, STRAIGHT);
+            look(x > 0 && first > 0, width + 1, DIAGONAL);
+            look(x + 1 < width && first > 0, width - 1, DIAGONAL);
+            grid[cell] = least;
         }
     }
-    Ok(field)
+    Ok(grid)
+}
+
+/// Distance of a pixel from what is outside of a picture.
+pub(super) fn to_outside((x, y): (usize, usize), (width, height): (usize, usize)) -> u32 {
+    (x + 1).min(y + 1).min(width - x).min(height - y) as u32 * STRAIGHT
 }

@@ -1,7 +1,7 @@
 //! A ramp across the seam.
 
 use super::canvas::Placed;
-use super::distance::{UNIT, distance};
+use super::distance::{STRAIGHT, distance, to_outside};
 use super::span::Span;
 use crate::{Image, Mask, Result};
 
@@ -17,16 +17,16 @@ pub(super) fn blend(
     let (width, height) = (image.width, image.height);
     let pixels = image.data.as_chunks_mut::<4>().0;
     span.row(0, 3)?;
-    let to_target = distance(width, height, false, &|i| seam.data[i] == 1)?;
+    let to_target = distance(pixels.len(), width, &|i| seam.data[i] == 1)?;
     span.part(0.25, 1.0).row(0, 1)?;
-    let to_reference = distance(width, height, false, &|i| seam.data[i] == 2)?;
+    let to_reference = distance(pixels.len(), width, &|i| seam.data[i] == 2)?;
     span.part(0.5, 1.0).row(0, 1)?;
-    let inside = distance(width, height, true, &|i| pixels[i][3] == 0)?;
+    let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
     let mut span = span.part(0.75, 1.0);
-    let half = ramp as f32 * f32::from(UNIT) / 2.0;
+    let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
-    let share = |distance: f32| ((distance - f32::from(UNIT) / 2.0) / half.max(1.0)).min(1.0);
-    let (columns, rows) = (reference.photo.width(), reference.photo.height());
+    let share = |distance: u32| ((distance as f32 - STRAIGHT as f32 / 2.0) / half.max(1.0)).min(1.0);
+    let size = (reference.photo.width(), reference.photo.height());
     for y in 0..height {
         span.row(y, height)?;
         let Some(photo) = reference.row(y) else { continue };
@@ -38,13 +38,11 @@ pub(super) fn blend(
                 continue;
             }
             let from_seam = match to_target[i] {
-                0 => share(f32::from(to_reference[i])),
-                distance => -share(f32::from(distance)),
+                0 => share(to_reference[i]),
+                distance => -share(distance),
             };
-            let [top, bottom] = [y - reference.top + 1, rows + reference.top - y];
-            let edge = (x + 1).min(columns - x).min(top).min(bottom);
-            let most = share(f32::from(inside[i]));
-            let least = 1.0 - share(edge as f32 * f32::from(UNIT));
+            let most = share(inside[i].min(to_outside((reference.left + x, y), (width, height))));
+            let least = 1.0 - share(to_outside((x, y - reference.top), size));
             let target = (0.5 + 0.5 * from_seam).min(most).max(least.min(most));
             for (own, other) in pixel.iter_mut().zip([r, g, b]) {
                 let other = f32::from(other);

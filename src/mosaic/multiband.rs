@@ -7,14 +7,17 @@
 
 use std::ops::Range;
 
-use super::canvas::{Placed, rectangle};
+use wide::f32x4;
+
+use super::canvas::Placed;
+use super::crop::bounding_box;
 use super::span::Span;
 use crate::image::{reserve, zeroed};
 use crate::{Image, Mask, Result};
 
-/// While the pyramid is built: weighted difference (red, green, blue), weight, labelled-as-target, labelled, 0, 0.
-/// When it is done: difference (red, green, blue, 0), its blended part (red, green, blue, 0).
-type Cell = [f32; 8];
+/// While the pyramid is built: weighted difference (red, green, blue) and weight; labelled-as-target, labelled, 0, 0.
+/// When it is done: difference; its blended part (both red, green, blue and nothing of meaning).
+type Cell = [f32x4; 2];
 
 /// Differences of this many levels count half: they are misalignment rather than exposure, and belong to the finest band,
 /// which is not mixed at all. Elsewhere ghosts would spread over the widths of the coarser bands.
@@ -55,7 +58,7 @@ pub(super) fn blend(
     }
     let mut coarser: Option<Level> = None;
     while let Some(mut level) = levels.pop() {
-        settle(&mut level, coarser.as_ref())?;
+        settle(&mut level, coarser.as_ref());
         coarser = Some(level);
     }
     let Some(correction) = coarser else { return Ok(()) };
@@ -71,7 +74,8 @@ fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>
         // 1 and 2 are the only labels that differ in both bits.
         here ^ right == 3 || here ^ below == 3
     };
-    rectangle((seam.width, seam.height), reach, &meets)
+    let size = (seam.width, seam.height);
+    bounding_box(size, &meets).map(|meeting| meeting.grown(reach, size).ranges())
 }
 
 /// The photos in the rectangle that is blended.
@@ -91,23 +95,19 @@ impl Source<'_> {
         let shown = &self.seam.data[start + self.columns.start..start + self.columns.end];
         let photo = self.reference.row(y);
         for (((cell, target), &shown), x) in out.iter_mut().zip(target).zip(shown).zip(self.columns.clone()) {
-            *cell = [0.0; 8];
-            if shown != 0 {
-                cell[4] = if shown == 1 { 1.0 } else { 0.0 };
-                cell[5] = 1.0;
-            }
+            let mut difference = f32x4::ZERO;
             if target[3] != 0
                 && let Some(other) = self.reference.pixel(photo, x)
             {
                 let [r, g, b] = [0, 1, 2].map(|c| f32::from(target[c]) - f32::from(other[c]));
                 let weight = TOLERANCE * TOLERANCE / (TOLERANCE * TOLERANCE + (r * r + g * g + b * b));
-                [cell[0], cell[1], cell[2], cell[3]] = [r * weight, g * weight, b * weight, weight];
+                difference = f32x4::new([r, g, b, 1.0]) * f32x4::splat(weight);
             }
+            let [labelled, is_target] = [shown != 0, shown == 1].map(|is| f32::from(u8::from(is)));
+            *cell = [difference, f32x4::new([is_target, labelled, 0.0, 0.0])];
         }
     }
 }
-
-// Calls rather than copies of these few: the module is downloaded before it runs.
 
 /// Half the size, filtered by (1 3 3 1) / 8 both ways; what is outside is as the border.
 fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span: &mut Span<'_>) -> Result<Level> {
@@ -115,76 +115,57 @@ fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span:
     let mut cells = Vec::new();
     reserve(&mut cells, w * h)?;
     let mut full: Vec<Cell> = zeroed(width)?;
-    let mut ring: [Vec<Cell>; 4] = [zeroed(w)?, zeroed(w)?, zeroed(w)?, zeroed(w)?];
+    let mut ring: Vec<Cell> = zeroed(4 * w)?;
     let mut ready = 0;
     for y in 0..h {
         span.row(y, h)?;
         while ready < height.min(2 * y + 3) {
             source(ready, &mut full);
-            for (x, cell) in ring[ready % 4].iter_mut().enumerate() {
-                let at = |x: usize| &full[x.min(width - 1)];
-                *cell = four(at((2 * x).saturating_sub(1)), at(2 * x), at(2 * x + 1), at(2 * x + 2));
+            for (x, cell) in ring[ready % 4 * w..][..w].iter_mut().enumerate() {
+                *cell = four(x, width, &|x| &full[x]);
             }
             ready += 1;
         }
-        let row = |y: usize| &ring[y.min(height - 1) % 4];
-        let (a, b, c, d) = (row((2 * y).saturating_sub(1)), row(2 * y), row(2 * y + 1), row(2 * y + 2));
-        cells.extend(a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| four(a, b, c, d)));
+        cells.extend((0..w).map(|x| four(y, height, &|y| &ring[y % 4 * w + x])));
     }
     Ok(Level { cells, width: w, height: h })
 }
 
+/// The cell `at` of half the resolution along one direction, from those of the whole one.
 #[inline(never)]
-fn four(a: &Cell, b: &Cell, c: &Cell, d: &Cell) -> Cell {
-    std::array::from_fn(|i| 0.125 * (a[i] + d[i]) + 0.375 * (b[i] + c[i]))
-}
-
-/// ¾ of the one and ¼ of the other.
-#[inline(always)]
-fn lean(near: &Cell, far: &Cell) -> Cell {
-    std::array::from_fn(|i| 0.75 * near[i] + 0.25 * far[i])
+fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell {
+    let cell = |i: usize| cells(i.min(length - 1));
+    let (a, b, c, d) = (cell((2 * at).saturating_sub(1)), cell(2 * at), cell(2 * at + 1), cell(2 * at + 2));
+    [0, 1].map(|i| (a[i] + d[i]) * f32x4::splat(0.125) + (b[i] + c[i]) * f32x4::splat(0.375))
 }
 
 impl Level {
-    /// Row `y` of twice the size, halfway down: doubled vertically, `out` as wide as the level.
-    fn doubled_row(&self, y: usize, out: &mut [Cell]) {
-        let near = y / 2;
-        let far = if y.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(self.height - 1) };
-        let row = |y: usize| &self.cells[y * self.width..(y + 1) * self.width];
-        for ((out, near), far) in out.iter_mut().zip(row(near)).zip(row(far)) {
-            *out = lean(near, far);
-        }
+    /// The cell at (x, y) of twice the resolution, halfway down: bilinear.
+    #[inline(never)]
+    fn doubled(&self, x: usize, y: usize) -> Cell {
+        let around = |at: usize, length: usize| {
+            let near = at / 2;
+            (near, if at.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(length - 1) })
+        };
+        let ((x, beside), (y, beyond)) = (around(x, self.width), around(y, self.height));
+        let lean = |near: f32x4, far: f32x4| near * f32x4::splat(0.75) + far * f32x4::splat(0.25);
+        let (row, other) = (y * self.width, beyond * self.width);
+        let [a, b, c, d] = [row + x, other + x, row + beside, other + beside].map(|at| &self.cells[at]);
+        [0, 1].map(|i| lean(lean(a[i], b[i]), lean(c[i], d[i])))
     }
-}
-
-/// Cell `x` of twice the width.
-#[inline(never)]
-fn doubled(row: &[Cell], x: usize) -> Cell {
-    let near = x / 2;
-    let far = if x.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(row.len() - 1) };
-    lean(&row[near], &row[far])
 }
 
 /// Turns sums into the difference of the level and its blended part, given those of the next coarser level.
-fn settle(level: &mut Level, coarser: Option<&Level>) -> Result<()> {
-    let mut halfway: Vec<Cell> = zeroed(coarser.map_or(0, |level| level.width))?;
-    for (y, row) in level.cells.chunks_exact_mut(level.width).enumerate() {
-        if let Some(coarser) = coarser {
-            coarser.doubled_row(y, &mut halfway);
-        }
-        for (x, cell) in row.iter_mut().enumerate() {
-            let base = if coarser.is_some() { doubled(&halfway, x) } else { [0.0; 8] };
-            let share = if cell[5] > 0.0 { cell[4] / cell[5] } else { 0.5 };
-            let scale = 1.0 / (cell[3] + FAINT);
-            let mut out = [0.0; 8];
-            for c in 0..3 {
-                out[c] = (cell[c] + FAINT * base[c]) * scale;
-                out[4 + c] = base[4 + c] + share * (out[c] - base[c]);
-            }
-            *cell = out;
-        }
+fn settle(level: &mut Level, coarser: Option<&Level>) {
+    for (i, cell) in level.cells.iter_mut().enumerate() {
+        let [base, blended] =
+            coarser.map_or(Cell::default(), |coarser| coarser.doubled(i % level.width, i / level.width));
+        let [sum, labels] = *cell;
+        let ([_, _, _, weight], [target, labelled, ..]) = (sum.to_array(), labels.to_array());
+        let share = if labelled > 0.0 { target / labelled } else { 0.5 };
+        let difference = (sum + base * f32x4::splat(FAINT)) * f32x4::splat(1.0 / (weight + FAINT));
+        *cell = [difference, blended + (difference - base) * f32x4::splat(share)];
     }
-    Ok(())
 }
 
 /// The photo that shows, plus what the coarser bands of the other bring.
@@ -198,22 +179,20 @@ fn finish(
 ) -> Result<()> {
     paste(image, reference, seam, &mut span.part(0.0, 0.2))?;
     let mut span = span.part(0.2, 1.0);
-    let mut halfway: Vec<Cell> = zeroed(correction.width)?;
     let width = image.width;
     for y in rows.clone() {
         span.row(y - rows.start, rows.len())?;
-        correction.doubled_row(y - rows.start, &mut halfway);
         let range = y * width + columns.start..y * width + columns.end;
         let pixels = image.data[4 * range.start..4 * range.end].as_chunks_mut::<4>().0;
         for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data[range]) {
             if shown == 0 {
                 continue;
             }
-            let base = doubled(&halfway, x);
-            for c in 0..3 {
-                let change = if shown == 1 { base[4 + c] - base[c] } else { base[4 + c] };
+            let [difference, blended] = correction.doubled(x, y - rows.start);
+            let change = if shown == 1 { blended - difference } else { blended };
+            for (own, change) in pixel.iter_mut().take(3).zip(change.to_array()) {
                 // The conversion saturates.
-                pixel[c] = (f32::from(pixel[c]) + change + 0.5) as u8;
+                *own = (f32::from(*own) + change + 0.5) as u8;
             }
         }
     }

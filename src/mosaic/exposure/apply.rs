@@ -1,8 +1,9 @@
 //! Multiplying light.
 
+use wide::f32x4;
+
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
-use crate::image::zeroed;
 use crate::mosaic::span::Span;
 use crate::{Image, Result};
 
@@ -10,43 +11,37 @@ use crate::{Image, Result};
 pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256], span: &mut Span<'_>) -> Result<()> {
     let levels = levels(linear)?;
     // So that a product is an index.
-    let scaled = response.curves.map(|Curve { slope, pivot }| {
-        linear.map(|light| {
-            let light = f64::from(light);
-            let bent = if light > 0.0 { light * libm::exp(slope * (libm::log(light) - pivot)) } else { 0.0 };
-            (bent * (STEPS - 1) as f64) as f32
-        })
-    });
-    let (width, height, field) = (image.width, image.height, &response.field);
-    let mut row: Vec<[f32; 4]> = zeroed(field.columns)?;
+    let mut scaled = [[0.0; 3]; 256];
+    for (scaled, &light) in scaled.iter_mut().zip(linear).filter(|(_, light)| **light > 0.0) {
+        let light = f64::from(light);
+        for (scaled, Curve { slope, pivot }) in scaled.iter_mut().zip(response.curves) {
+            let bent = light * libm::exp(slope * (libm::log(light) - pivot));
+            *scaled = (bent * (STEPS - 1) as f64) as f32;
+        }
+    }
+    let (width, height) = (image.width, image.height);
+    let Field { nodes, columns, rows, step } = &response.field;
+    let share_of = 1.0 / *step as f32;
     for (y, pixels) in image.data.chunks_exact_mut(4 * width).enumerate() {
         span.row(y, height)?;
-        field.row(y, &mut row);
-        for (i, pixels) in pixels.as_chunks_mut::<4>().0.chunks_mut(field.step).enumerate() {
-            let gain = row[i.min(field.columns - 1)];
-            let next = row[(i + 1).min(field.columns - 1)];
-            let slope: [f32; 3] = std::array::from_fn(|c| (next[c] - gain[c]) / field.step as f32);
+        let above = y / step;
+        let (above, below) = (above * columns, (above + 1).min(rows - 1) * columns);
+        let share = f32x4::splat((y % step) as f32 * share_of);
+        let gain_at = |i: usize| {
+            let [above, below] = [above + i, below + i].map(|node| f32x4::new(nodes[node].gain));
+            above + (below - above) * share
+        };
+        for (i, pixels) in pixels.as_chunks_mut::<4>().0.chunks_mut(*step).enumerate() {
+            let gain = gain_at(i);
+            let slope = (gain_at((i + 1).min(columns - 1)) - gain) * f32x4::splat(share_of);
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
+                let gain = (gain + slope * f32x4::splat(x as f32)).to_array();
                 for c in 0..3 {
-                    let light = scaled[c][usize::from(pixel[c])] * (gain[c] + slope[c] * x as f32) + 0.5;
+                    let light = scaled[usize::from(pixel[c])][c] * gain[c] + 0.5;
                     pixel[c] = levels[(light as usize).min(STEPS - 1)];
                 }
             }
         }
     }
     Ok(())
-}
-
-impl Field {
-    /// The nodes' columns at row `y` of the canvas.
-    fn row(&self, y: usize, out: &mut [[f32; 4]]) {
-        let above = (y / self.step).min(self.rows - 1);
-        let below = (above + 1).min(self.rows - 1);
-        let share = (y - above * self.step) as f32 / self.step as f32;
-        let share = if below == above { 0.0 } else { share };
-        for (i, out) in out.iter_mut().enumerate() {
-            let (above, below) = (self.nodes[above * self.columns + i], self.nodes[below * self.columns + i]);
-            *out = std::array::from_fn(|c| above[c] + (below[c] - above[c]) * share);
-        }
-    }
 }

@@ -3,7 +3,7 @@
 use super::samples::Sample;
 use crate::Result;
 use crate::geometry::statistics::median;
-use crate::image::zeroed;
+use crate::image::{defaults, reserve};
 
 /// Samples below which nothing is said about exposure.
 const FEWEST: usize = 12;
@@ -47,12 +47,38 @@ pub(super) struct Curve {
 
 /// Gains on a coarse grid over the canvas, bilinear between its nodes.
 pub(super) struct Field {
-    /// Row by row: red, green, blue, 0.
-    pub nodes: Vec<[f32; 4]>,
+    /// Row by row.
+    pub nodes: Vec<Node>,
     pub columns: usize,
     pub rows: usize,
     /// Pixels from node to node; the first is at pixel 0.
     pub step: usize,
+}
+
+/// A place of a [`Field`].
+#[derive(Clone, Copy, Default)]
+pub(super) struct Node {
+    /// Red, green, blue, 0.
+    pub gain: [f32; 4],
+    /// Of the channel that is fitted: logarithm of the gain here over the common one.
+    local: f64,
+    /// Weight of the samples around, and the weighted sum of what they say about it.
+    weight: f64,
+    sum: f64,
+}
+
+/// A sample as one channel sees it.
+#[derive(Clone, Copy, Default)]
+struct Observation {
+    /// The four nodes around its place and their bilinear weights.
+    nodes: [(usize, f64); 4],
+    /// Logarithm of the target's light.
+    light: f64,
+    /// Logarithm of the ratio of the reference's light to the target's.
+    ratio: f64,
+    /// What the fit leaves of it.
+    residual: f64,
+    weight: f64,
 }
 
 /// The gains that carry the target's light into the reference's; `None` when there is too little to go by.
@@ -65,83 +91,78 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
     }
     let step = size.0.max(size.1).div_ceil(NODES).max(1);
     let (columns, rows) = (size.0.div_ceil(step) + 1, size.1.div_ceil(step) + 1);
-    let mut nodes: Vec<[f32; 4]> = zeroed(columns * rows)?;
+    let mut nodes: Vec<Node> = defaults(columns * rows)?;
+    let mut observations: Vec<Observation> = defaults(samples.len())?;
     let (mut gains, mut curves) = ([1.0; 3], [Curve::default(); 3]);
-    let mut lights: Vec<f64> = zeroed(samples.len())?;
-    let mut ratios: Vec<f64> = zeroed(samples.len())?;
-    let mut residuals: Vec<f64> = zeroed(samples.len())?;
-    let mut weights: Vec<f64> = zeroed(samples.len())?;
-    let mut data: Vec<[f64; 2]> = zeroed(columns * rows)?;
     for c in 0..3 {
-        for ((light, ratio), sample) in lights.iter_mut().zip(&mut ratios).zip(samples) {
-            *light = libm::log(sample.target[c]);
-            *ratio = libm::log(sample.reference[c]) - *light;
+        for (o, sample) in observations.iter_mut().zip(samples) {
+            o.nodes = corners(sample.place, step, columns, rows);
+            o.light = libm::log(sample.target[c]);
+            o.ratio = libm::log(sample.reference[c]) - o.light;
         }
+        nodes.iter_mut().for_each(|node| node.local = 0.0);
         let mut curve = Curve::default();
-        let mut common = median(ratios.clone()).unwrap_or(0.0);
-        let mut field: Vec<f64> = zeroed(columns * rows)?;
+        let mut common = median_of(&observations, &|o| o.ratio)?;
         for _ in 0..ROUNDS {
-            for (((residual, sample), ratio), light) in residuals.iter_mut().zip(samples).zip(&ratios).zip(&lights) {
-                *residual = ratio - common - curve.slope * (light - curve.pivot);
-                for (node, share) in corners(sample.place, step, columns, rows) {
-                    *residual -= share * field[node];
+            for o in &mut observations {
+                o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
+                for (node, share) in o.nodes {
+                    o.residual -= share * nodes[node].local;
                 }
             }
-            weigh(&residuals, samples, &mut weights);
-            let (mut sum, mut light_sum, mut total) = (0.0, 0.0, f64::MIN_POSITIVE);
-            for ((weight, ratio), light) in weights.iter().zip(&ratios).zip(&lights) {
-                (sum, light_sum, total) = (sum + weight * ratio, light_sum + weight * light, total + weight);
+            let reach = 3.0 * (1.4826 * median_of(&observations, &|o| o.residual.abs())?).max(LEAST_SPREAD);
+            let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
+            for (o, sample) in observations.iter_mut().zip(samples) {
+                // Times the light of the sample: a level is a smaller step where there is more.
+                let [r, g, b] = sample.target;
+                let bell = (1.0 - (o.residual / reach) * (o.residual / reach)).max(0.0);
+                o.weight = bell * bell * (r + 2.0 * g + b);
+                (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
             }
-            common = sum / total;
-            if vary {
-                let before = curve;
-                curve.pivot = light_sum / total;
-                let (mut product, mut square) = (0.0, LEAST_CONTRAST * total);
-                for ((residual, weight), light) in residuals.iter().zip(&weights).zip(&lights) {
-                    let contrast = light - curve.pivot;
-                    product += weight * contrast * (residual + before.slope * contrast);
-                    square += weight * contrast * contrast;
-                }
-                curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
-                data.fill([0.0; 2]);
-                for (((sample, weight), ratio), light) in samples.iter().zip(&weights).zip(&ratios).zip(&lights) {
-                    let local = ratio - common - curve.slope * (light - curve.pivot);
-                    for (node, share) in corners(sample.place, step, columns, rows) {
-                        data[node][0] += weight * share;
-                        data[node][1] += weight * share * local;
-                    }
-                }
-                relax(&mut field, &data, columns, rows);
+            common = ratios / total;
+            if !vary {
+                continue;
             }
+            curve.pivot = lights / total;
+            let (mut product, mut square) = (0.0, LEAST_CONTRAST * total);
+            for o in &observations {
+                let contrast = o.light - curve.pivot;
+                product += o.weight * contrast * (o.residual + curve.slope * contrast);
+                square += o.weight * contrast * contrast;
+            }
+            curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
+            nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
+            for o in &observations {
+                let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
+                for (node, share) in o.nodes {
+                    nodes[node].weight += o.weight * share;
+                    nodes[node].sum += o.weight * share * local;
+                }
+            }
+            relax(&mut nodes, columns);
         }
         curves[c] = curve;
         // What the fit makes of the light of all samples: those that do not fit are light, too.
         let (mut before, mut after) = (f64::MIN_POSITIVE, 0.0);
-        for ((sample, ratio), residual) in samples.iter().zip(&ratios).zip(&residuals) {
-            let light = sample.target[c];
-            (before, after) = (before + light, after + light * libm::exp(ratio - residual));
+        for (o, sample) in observations.iter().zip(samples) {
+            before += sample.target[c];
+            after += sample.target[c] * libm::exp(o.ratio - o.residual);
         }
         gains[c] = after / before;
-        for (node, local) in nodes.iter_mut().zip(&field) {
-            node[c] = libm::exp((common + local).clamp(-2.0, 2.0)) as f32;
+        for node in &mut nodes {
+            node.gain[c] = libm::exp((common + node.local).clamp(-2.0, 2.0)) as f32;
         }
     }
     let sane = gains.iter().all(|gain| *gain > 1.0 / LARGEST && *gain < LARGEST);
     Ok(sane.then_some(Response { gains, curves, field: Field { nodes, columns, rows, step } }))
 }
 
-/// Tukey's biweight of every residual, times the light of the sample: a level is a smaller step where there is more.
-fn weigh(residuals: &[f64], samples: &[Sample], weights: &mut Vec<f64>) {
-    weights.clear();
-    weights.extend(residuals.iter().map(|residual| residual.abs()));
-    let spread = (1.4826 * median(weights.clone()).unwrap_or(0.0)).max(LEAST_SPREAD);
-    let reach = 3.0 * spread;
-    for ((weight, residual), sample) in weights.iter_mut().zip(residuals).zip(samples) {
-        let ratio = residual / reach;
-        let bell = (1.0 - ratio * ratio).max(0.0);
-        let [r, g, b] = sample.target;
-        *weight = bell * bell * (r + 2.0 * g + b);
-    }
+#[inline(never)]
+fn median_of(observations: &[Observation], value: &dyn Fn(&Observation) -> f64) -> Result<f64> {
+    let mut values = Vec::new();
+    reserve(&mut values, observations.len())?;
+    values.extend(observations.iter().map(value));
+    Ok(median(values).unwrap_or(0.0))
 }
 
 /// The four nodes around a place and their bilinear weights.
@@ -155,34 +176,28 @@ fn corners([x, y]: [f32; 2], step: usize, columns: usize, rows: usize) -> [(usiz
     [(node, (1.0 - u) * (1.0 - v)), (node + 1, u * (1.0 - v)), (below, (1.0 - u) * v), (below + 1, u * v)]
 }
 
-/// Gauss–Seidel: each node the mean of its samples, its neighbours and 0. `data` is the weight and the weighted sum.
-fn relax(field: &mut [f64], data: &[[f64; 2]], columns: usize, rows: usize) {
+/// Gauss–Seidel: each node the mean of its samples, its neighbours and 0.
+fn relax(nodes: &mut [Node], columns: usize) {
     // Samples are weighted by their light: the pulls are in terms of their mean.
-    let total: f64 = data.iter().map(|[weight, _]| weight).sum();
-    let filled = data.iter().filter(|[weight, _]| *weight > 0.0).count().max(1);
+    let total: f64 = nodes.iter().map(|node| node.weight).sum();
+    let filled = nodes.iter().filter(|node| node.weight > 0.0).count().max(1);
     let scale = total / filled as f64 / 16.0;
     let (stiffness, damping) = (STIFFNESS * scale, DAMPING * scale);
     for _ in 0..SWEEPS {
-        for j in 0..rows {
-            for i in 0..columns {
-                let node = j * columns + i;
-                let [mut weight, mut sum] = data[node];
-                let mut pull =
-                    |neighbour: usize| (weight, sum) = (weight + stiffness, sum + stiffness * field[neighbour]);
-                if i > 0 {
-                    pull(node - 1);
+        for node in 0..nodes.len() {
+            let Node { mut weight, mut sum, .. } = nodes[node];
+            let i = node % columns;
+            for (there, neighbour) in [
+                (i > 0, node.wrapping_sub(1)),
+                (i + 1 < columns, node + 1),
+                (true, node.wrapping_sub(columns)),
+                (true, node + columns),
+            ] {
+                if let Some(neighbour) = nodes.get(neighbour).filter(|_| there) {
+                    (weight, sum) = (weight + stiffness, sum + stiffness * neighbour.local);
                 }
-                if i + 1 < columns {
-                    pull(node + 1);
-                }
-                if j > 0 {
-                    pull(node - columns);
-                }
-                if j + 1 < rows {
-                    pull(node + columns);
-                }
-                field[node] = sum / (weight + damping).max(f64::MIN_POSITIVE);
             }
+            nodes[node].local = sum / (weight + damping).max(f64::MIN_POSITIVE);
         }
     }
 }

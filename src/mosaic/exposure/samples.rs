@@ -13,7 +13,7 @@ const TAPS: usize = 8;
 const USABLE: std::ops::RangeInclusive<u8> = 6..=249;
 
 /// The mean light of both photos over a small cell of the overlap.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(super) struct Sample {
     /// Middle of the cell on the canvas.
     pub place: [f32; 2],
@@ -23,12 +23,8 @@ pub(super) struct Sample {
     pub reference: [f64; 3],
 }
 
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    target: [f32; 3],
-    reference: [f32; 3],
-    count: u32,
-}
+/// Sums over a cell of the target's and the reference's red, green and blue, and how many pixels they are of.
+type Sums = [f32; 7];
 
 /// Cells at least half full of pixels that are valid and usable in both photos.
 pub(super) fn collect(
@@ -47,7 +43,7 @@ pub(super) fn collect(
     let pixels = image.data.as_chunks::<4>().0;
     for (j, top) in (0..height).step_by(side).enumerate() {
         span.row(16 * j, 16 * height.div_ceil(side))?;
-        sums.fill(Sums::default());
+        sums.fill([0.0; 7]);
         let rows = (top..(top + side).min(height)).step_by(stride);
         let taps = rows.len() * side.div_ceil(stride);
         for y in rows {
@@ -59,22 +55,21 @@ pub(super) fn collect(
                     let usable = t[3] != 0 && (0..3).all(|c| USABLE.contains(&t[c]) && USABLE.contains(&r[c]));
                     if usable {
                         for c in 0..3 {
-                            sums.target[c] += linear[usize::from(t[c])];
-                            sums.reference[c] += linear[usize::from(r[c])];
+                            sums[c] += linear[usize::from(t[c])];
+                            sums[3 + c] += linear[usize::from(r[c])];
                         }
-                        sums.count += 1;
+                        sums[6] += 1.0;
                     }
                 }
             }
         }
-        for (i, sums) in sums.iter().enumerate().filter(|(_, sums)| 2 * sums.count as usize >= taps.max(1)) {
-            let mean = |sum: f32| f64::from(sum) / f64::from(sums.count);
+        for (i, sums) in sums.iter().enumerate().filter(|(_, sums)| 2.0 * sums[6] >= taps.max(1) as f32) {
             let middle = |start: usize, offset: usize| (offset + start) as f32 + (side - 1) as f32 / 2.0;
-            samples.push(Sample {
-                place: [middle(i * side, reference.left), middle(top, reference.top)],
-                target: sums.target.map(mean),
-                reference: sums.reference.map(mean),
-            });
+            let place = [middle(i * side, reference.left), middle(top, reference.top)];
+            let mut sample = Sample { place, target: [0.0; 3], reference: [0.0; 3] };
+            let means = sample.target.iter_mut().chain(&mut sample.reference);
+            means.zip(sums).for_each(|(mean, sum)| *mean = f64::from(*sum) / f64::from(sums[6]));
+            samples.push(sample);
         }
     }
     Ok(samples)

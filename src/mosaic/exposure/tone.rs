@@ -1,7 +1,7 @@
 //! sRGB's transfer function as tables.
 
 use crate::Result;
-use crate::image::reserve;
+use crate::image::zeroed;
 
 /// Linear light, 0 to 1, of every 8 bit level (IEC 61966-2-1).
 pub(super) fn linear() -> [f32; 256] {
@@ -16,16 +16,15 @@ pub(super) const STEPS: usize = 1 << 14;
 
 /// The 8 bit level of linear light k / ([`STEPS`] − 1).
 pub(super) fn levels(linear: &[f32; 256]) -> Result<Vec<u8>> {
-    let mut table = Vec::new();
-    reserve(&mut table, STEPS)?;
+    let mut table = zeroed(STEPS)?;
     let mut level = 0usize;
-    for k in 0..STEPS {
+    for (k, entry) in table.iter_mut().enumerate() {
         let light = k as f32 / (STEPS - 1) as f32;
         // Nearest in light rather than in level: the curve is almost straight between two levels.
         while level < 255 && light - linear[level] > linear[level + 1] - light {
             level += 1;
         }
-        table.push(level as u8);
+        *entry = level as u8;
     }
     Ok(table)
 }

@@ -1,98 +1,85 @@
 //! Voids far from one another are filled apart, each in a window of its own.
 
 use super::super::crop::Rect;
-use crate::image::{reserve, zeroed};
-use crate::{Mask, Result};
+use super::super::distance::STRAIGHT;
+use super::parts::Part;
+use crate::Result;
+use crate::image::{defaults, reserve};
 
 /// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
 const TILE: usize = 32;
-/// A tile with voids, not numbered yet.
-const OPEN: u32 = u32::MAX;
 
-/// The voids of a picture, sorted.
+#[derive(Clone, Copy, Default)]
+struct Tile {
+    /// Number of the cluster, counted from 1; 0 without one.
+    cluster: u32,
+    /// How far the innermost void is from the nearest pixel to go by; 0 without voids.
+    deepest: u32,
+}
+
+/// Which void belongs to which cluster.
 pub(super) struct Clusters<'a> {
-    voids: &'a Mask,
-    /// Number of the cluster in each tile, counted from 1; 0 without voids.
-    tiles: Vec<u32>,
-    /// Columns of tiles.
+    parts: &'a [Part],
+    tiles: Vec<Tile>,
+    /// Pixels and tiles in a row.
+    width: usize,
     columns: usize,
-    /// Of every cluster, from the top.
-    bounds: Vec<Rect>,
 }
 
 /// Voids that belong together.
-pub(super) struct Cluster<'a> {
-    clusters: &'a Clusters<'a>,
+pub(super) struct Cluster {
     number: u32,
-    /// Holds them all, and perhaps others, too.
+    /// Tile by tile: it may leave the picture to the right and below.
     pub bounds: Rect,
+    /// Half the width in pixels of the widest void.
+    pub deepest: u32,
 }
 
 impl<'a> Clusters<'a> {
-    pub fn of(voids: &'a Mask) -> Result<Self> {
-        let columns = voids.width.div_ceil(TILE);
-        let mut tiles: Vec<u32> = zeroed(columns * voids.height.div_ceil(TILE))?;
-        for (rows, tiles) in voids.data.chunks(TILE * voids.width).zip(tiles.chunks_exact_mut(columns)) {
-            for row in rows.chunks_exact(voids.width) {
-                for (tile, cells) in tiles.iter_mut().zip(row.chunks(TILE)) {
-                    // Without a branch, for the compiler to turn into SIMD.
-                    *tile |= u32::from(cells.iter().fold(0, |any, cell| any | cell));
-                }
-            }
+    /// The clusters of all voids, from the top. `inwards` is as [`super::parts::parts`] gives it.
+    pub fn of(parts: &'a [Part], inwards: &[u32], width: usize) -> Result<(Self, Vec<Cluster>)> {
+        let columns = width.div_ceil(TILE);
+        let rows = (parts.len() / width).div_ceil(TILE);
+        let mut tiles: Vec<Tile> = defaults(columns * rows)?;
+        for (i, &inwards) in inwards.iter().enumerate().filter(|(i, _)| parts[*i] == Part::Void) {
+            let tile = &mut tiles[i / width / TILE * columns + i % width / TILE];
+            tile.deepest = tile.deepest.max(inwards);
         }
-        tiles.iter_mut().for_each(|tile| *tile = if *tile != 0 { OPEN } else { 0 });
-        let mut clusters = Self { voids, tiles, columns, bounds: Vec::new() };
-        clusters.number_tiles()?;
-        Ok(clusters)
-    }
-
-    pub fn iter(&'a self) -> impl Iterator<Item = Cluster<'a>> {
-        (1..).zip(&self.bounds).map(|(number, &bounds)| Cluster { clusters: self, number, bounds })
-    }
-
-    fn number_tiles(&mut self) -> Result<()> {
-        let (columns, rows) = (self.columns, self.tiles.len() / self.columns);
-        let mut open = Vec::new();
-        reserve(&mut open, self.tiles.len())?;
-        for first in 0..self.tiles.len() {
-            if self.tiles[first] != OPEN {
+        let (mut clusters, mut open) = (Vec::new(), Vec::new());
+        reserve(&mut clusters, tiles.len())?;
+        reserve(&mut open, tiles.len())?;
+        for first in 0..tiles.len() {
+            if tiles[first].deepest == 0 || tiles[first].cluster != 0 {
                 continue;
             }
-            reserve(&mut self.bounds, 1)?;
-            let number = self.bounds.len() as u32 + 1;
-            let (mut left, mut top, mut right, mut bottom) = (columns, rows, 0, 0);
-            self.tiles[first] = number;
+            let number = clusters.len() as u32 + 1;
+            let (mut left, mut top, mut right, mut bottom, mut deepest) = (columns, rows, 0, 0, 0);
+            tiles[first].cluster = number;
             open.push(first);
             while let Some(tile) = open.pop() {
                 let (x, y) = (tile % columns, tile / columns);
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
+                deepest = deepest.max(tiles[tile].deepest);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
-                    for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
-                        if self.tiles[next] == OPEN {
-                            self.tiles[next] = number;
+                    let beside = row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns);
+                    for (next, tile) in beside.clone().zip(&mut tiles[beside]) {
+                        if tile.deepest != 0 && tile.cluster == 0 {
+                            tile.cluster = number;
                             open.push(next); // each tile once, so there is room
                         }
                     }
                 }
             }
-            let (x, y) = (left * TILE, top * TILE);
-            let (width, height) = (self.voids.width.min(right * TILE) - x, self.voids.height.min(bottom * TILE) - y);
-            self.bounds.push(Rect { x, y, width, height });
+            let (width, height) = ((right - left) * TILE, (bottom - top) * TILE);
+            let bounds = Rect { x: left * TILE, y: top * TILE, width, height };
+            clusters.push(Cluster { number, bounds, deepest: deepest / STRAIGHT });
         }
-        Ok(())
-    }
-}
-
-impl Cluster<'_> {
-    /// Whether the pixel is a void of this cluster.
-    pub fn contains(&self, x: usize, y: usize) -> bool {
-        let Clusters { voids, tiles, columns, .. } = self.clusters;
-        voids.data[y * voids.width + x] != 0 && tiles[y / TILE * columns + x / TILE] == self.number
+        Ok((Self { parts, tiles, width, columns }, clusters))
     }
 
-    /// Whether the pixel is a void of any cluster.
-    pub fn is_void(&self, x: usize, y: usize) -> bool {
-        let voids = self.clusters.voids;
-        voids.data[y * voids.width + x] != 0
+    /// Whether the pixel is a void of that cluster.
+    pub fn has(&self, cluster: &Cluster, x: usize, y: usize) -> bool {
+        self.tiles[y / TILE * self.columns + x / TILE].cluster == cluster.number
+            && self.parts[y * self.width + x] == Part::Void
     }
 }

@@ -1,7 +1,6 @@
 //! Filling of the mosaic's inner voids.
 
 mod cluster;
-mod distance;
 mod exemplar;
 mod parts;
 mod smooth;
@@ -11,7 +10,7 @@ use crate::image::{check_len, check_size};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
-use parts::{Part, Parts};
+use parts::Part;
 
 /// How voids are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,6 +62,9 @@ pub fn fill(
 ) -> Result<()> {
     check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
+    if voids.data.iter().all(|&void| void == 0) {
+        return report(observer, Stage::Fill, 1.0);
+    }
     let radius = options.radius as usize;
     match options.method {
         FillMethod::Exemplar => {
@@ -97,17 +99,21 @@ fn exemplars(
 ) -> Result<Vec<exemplar::Filled>> {
     let valid = image.data.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] != 0).count();
     let widest = (options.max_width * (valid as f64).sqrt() / 2.0).min(f64::from(u16::MAX)) as u32;
-    let clusters = Clusters::of(voids)?;
+    let (parts, inwards) = parts::parts(image, voids, widest)?;
+    for (gap, &part) in gaps.data.iter_mut().zip(&parts) {
+        *gap = if part == Part::Gap { 255 } else { 0 };
+    }
+    let (clusters, list) = Clusters::of(&parts, &inwards, image.width)?;
     let mut filled = Vec::new();
-    let mut progress = Progress { observer, done: 0.0, share: EXEMPLARS / clusters.iter().count().max(1) as f32 };
-    for cluster in clusters.iter() {
-        let parts = Parts::of(&cluster, image, widest)?;
-        let mut leave = |part: Part| {
-            parts.positions(part).for_each(|(x, y)| gaps.data[y * image.width + x] = 255);
-        };
-        leave(Part::Gap);
-        if parts.deepest > 0 && !exemplar::fill(image, &cluster, &parts, guide, &mut filled, &mut progress)? {
-            leave(Part::Void);
+    let mut progress = Progress { observer, done: 0.0, share: EXEMPLARS / list.len().max(1) as f32 };
+    for cluster in &list {
+        if !exemplar::fill(image, voids, &clusters, cluster, guide, &mut filled, &mut progress)? {
+            let (columns, rows) = cluster.bounds.grown(0, (image.width, image.height)).ranges();
+            for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
+                if clusters.has(cluster, x, y) {
+                    gaps.data[y * image.width + x] = 255;
+                }
+            }
         }
         progress.done += progress.share;
     }

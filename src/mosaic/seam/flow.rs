@@ -1,26 +1,17 @@
 //! Minimum cut of a graph of grid cells by maximum flow.
 //!
-//! Y. Boykov and V. Kolmogorov, *An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy Minimization in
-//! Vision*, PAMI 26 (2004): two search trees grow from the source and the sink; where they meet flow is sent, and what it
-//! cuts off is adopted by the rest of its tree if it can be. Distances to the root are kept with time stamps, as in
-//! the authors' program, so that trees stay shallow.
+//! E. A. Dinic, *Algorithm for Solution of a Problem of Maximum Flow in a Network with Power Estimation*, Soviet Math. Doklady
+//! 11 (1970): nodes are layered by their steps from the source, and flow is sent from layer to layer until none gets
+//! through any more; then they are layered anew, until the sink is out of reach.
 
 use crate::Result;
-use crate::image::{reserve, zeroed};
+use crate::image::reserve;
 
 /// Right, left, down, up: the opposite of `k` is `k ^ 1`.
 pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
-/// Instead of the direction of the parent: the source or the sink itself, or nobody.
-const ROOT: u8 = 4;
-const NOBODY: u8 = 5;
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Tree {
-    None,
-    Source,
-    Sink,
-}
+/// The layer of a node that is out of the source's reach.
+const NEVER: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 struct Node {
@@ -29,45 +20,27 @@ struct Node {
     rest: [i32; 4],
     /// What may still flow from the source (positive) or to the sink (negative).
     terminal: i32,
-    /// When the distance was last known to be right.
-    time: u32,
-    /// Steps to the root.
-    distance: u32,
-    tree: Tree,
-    parent: u8,
-    active: bool,
+    layer: u32,
+    /// The first direction in which something may still get through this time; 4: none.
+    open: usize,
 }
 
 /// A graph whose nodes have up to four neighbours, and ties to a source and a sink.
 pub(super) struct Flow {
     nodes: Vec<Node>,
-    /// A ring: a node is in it at most once.
-    active: Vec<u32>,
-    first: usize,
-    waiting: usize,
-    orphans: Vec<u32>,
-    time: u32,
+    /// Nodes by layer, or those on the way from the source to where the search is.
+    path: Vec<u32>,
 }
 
 impl Flow {
     pub fn new(count: usize) -> Result<Self> {
-        let alone = Node {
-            next: [count as u32; 4],
-            rest: [0; 4],
-            terminal: 0,
-            time: 0,
-            distance: 0,
-            tree: Tree::None,
-            parent: NOBODY,
-            active: false,
-        };
-        let mut nodes = Vec::new();
+        let alone = Node { next: [count as u32; 4], rest: [0; 4], terminal: 0, layer: NEVER, open: 0 };
+        let (mut nodes, mut path) = (Vec::new(), Vec::new());
         reserve(&mut nodes, count + 1)?;
         // One more is everybody's missing neighbour: nothing flows to it or from it.
         nodes.resize(count + 1, alone);
-        let mut orphans = Vec::new();
-        reserve(&mut orphans, count)?;
-        Ok(Self { nodes, active: zeroed(count)?, first: 0, waiting: 0, orphans, time: 0 })
+        reserve(&mut path, count)?;
+        Ok(Self { nodes, path })
     }
 
     /// Ties a node to the source or the sink.
@@ -83,196 +56,75 @@ impl Flow {
 
     /// Whether a node is on the source's side of the cut: what neither side claims is on the sink's.
     pub fn reached(&self, node: usize) -> bool {
-        self.nodes[node].tree == Tree::Source
+        self.nodes[node].layer != NEVER
     }
 
     /// Lets as much flow as can.
     pub fn run(&mut self) {
-        for i in 0..self.nodes.len() {
-            let node = &mut self.nodes[i];
-            if node.terminal != 0 {
-                node.tree = if node.terminal > 0 { Tree::Source } else { Tree::Sink };
-                (node.parent, node.distance) = (ROOT, 1);
-                self.activate(i);
-            }
-        }
-        while self.waiting > 0 {
-            let here = self.active[self.first] as usize;
-            if self.nodes[here].tree == Tree::None {
-                self.retire(here);
-                continue;
-            }
-            let meeting = self.grow(here);
-            self.time += 1;
-            match meeting {
-                Some((node, k)) => {
-                    self.augment(node, k);
-                    while let Some(orphan) = self.orphans.pop() {
-                        self.adopt(orphan as usize);
-                    }
-                }
-                None => self.retire(here),
+        while self.layer() {
+            for node in 0..self.nodes.len() {
+                while self.nodes[node].terminal > 0 && self.send(node) {}
             }
         }
     }
 
-    #[inline(never)]
-    fn activate(&mut self, node: usize) {
-        if !self.nodes[node].active {
-            self.nodes[node].active = true;
-            let at = (self.first + self.waiting) % self.active.len();
-            self.active[at] = node as u32;
-            self.waiting += 1;
-        }
-    }
-
-    fn retire(&mut self, node: usize) {
-        self.nodes[node].active = false;
-        self.first = (self.first + 1) % self.active.len();
-        self.waiting -= 1;
-    }
-
-    /// Takes free neighbours into the tree, until the other tree is met: at the arc from the source's tree to the
-    /// sink's that is returned.
-    fn grow(&mut self, here: usize) -> Option<(usize, usize)> {
-        let node = self.nodes[here];
-        for k in 0..4 {
-            let there = node.next[k] as usize;
-            let open = if node.tree == Tree::Source { node.rest[k] } else { self.nodes[there].rest[k ^ 1] } > 0;
-            if !open {
-                continue;
-            }
-            let other = &mut self.nodes[there];
-            if other.tree == Tree::None {
-                (other.tree, other.parent) = (node.tree, k as u8 ^ 1);
-                (other.time, other.distance) = (node.time, node.distance + 1);
-                self.activate(there);
-            } else if other.tree != node.tree {
-                return Some(if node.tree == Tree::Source { (here, k) } else { (there, k ^ 1) });
-            } else if other.time <= node.time && other.distance > node.distance {
-                // A shorter way to the root.
-                other.parent = k as u8 ^ 1;
-                (other.time, other.distance) = (node.time, node.distance + 1);
+    /// Layers the nodes; whether the sink is within reach.
+    fn layer(&mut self) -> bool {
+        self.path.clear();
+        for (i, node) in (0..).zip(&mut self.nodes) {
+            (node.layer, node.open) = (NEVER, 0);
+            if node.terminal > 0 {
+                node.layer = 0;
+                self.path.push(i);
             }
         }
-        None
-    }
-
-    /// Sends all that can go from the source to the sink through an arc between the trees.
-    fn augment(&mut self, node: usize, k: usize) {
-        let other = self.nodes[node].next[k] as usize;
-        let mut amount = self.nodes[node].rest[k];
-        for start in [node, other] {
-            let mut here = start;
-            while let Some((parent, up)) = self.parent(here) {
-                let forwards = self.nodes[here].tree == Tree::Source;
-                amount = amount.min(if forwards { self.nodes[parent].rest[up ^ 1] } else { self.nodes[here].rest[up] });
-                here = parent;
+        let mut sink = NEVER;
+        let mut first = 0;
+        while let Some(&here) = self.path.get(first) {
+            let Node { next, rest, layer, .. } = self.nodes[here as usize];
+            if layer >= sink {
+                break; // what is behind the sink cannot be on a shortest way
             }
-            amount = amount.min(self.nodes[here].terminal.abs());
-        }
-        self.nodes[node].rest[k] -= amount;
-        self.nodes[other].rest[k ^ 1] += amount;
-        for start in [node, other] {
-            let mut here = start;
-            let forwards = self.nodes[here].tree == Tree::Source;
-            let signed = if forwards { amount } else { -amount };
-            while let Some((parent, up)) = self.parent(here) {
-                self.nodes[here].rest[up] += signed;
-                self.nodes[parent].rest[up ^ 1] -= signed;
-                let left = if forwards { self.nodes[parent].rest[up ^ 1] } else { self.nodes[here].rest[up] };
-                if left == 0 {
-                    self.orphan(here);
-                }
-                here = parent;
-            }
-            self.nodes[here].terminal -= signed;
-            if self.nodes[here].terminal == 0 {
-                self.orphan(here);
-            }
-        }
-    }
-
-    /// The parent of a node that is no root, and its direction.
-    fn parent(&self, node: usize) -> Option<(usize, usize)> {
-        let up = usize::from(self.nodes[node].parent);
-        self.nodes[node].next.get(up).map(|&parent| (parent as usize, up))
-    }
-
-    #[inline(never)]
-    fn orphan(&mut self, node: usize) {
-        self.nodes[node].parent = NOBODY;
-        self.orphans.push(node as u32);
-    }
-
-    /// Finds the neighbour in the same tree that is nearest to the root; without one the node is free again.
-    fn adopt(&mut self, here: usize) {
-        let node = self.nodes[here];
-        let mut best = (u32::MAX, NOBODY);
-        let related = |flow: &Self, k: usize| {
-            let there = &flow.nodes[node.next[k] as usize];
-            let linked = node.rest[k] > 0 || there.rest[k ^ 1] > 0;
-            linked && there.tree == node.tree && there.parent != NOBODY
-        };
-        for k in 0..4 {
-            let there = node.next[k] as usize;
-            let open = if node.tree == Tree::Source { self.nodes[there].rest[k ^ 1] } else { node.rest[k] } > 0;
-            if open
-                && related(self, k)
-                && let Some(distance) = self.distance(there)
-                && distance < best.0
-            {
-                best = (distance, k as u8);
-            }
-        }
-        if best.1 != NOBODY {
-            let adopted = &mut self.nodes[here];
-            (adopted.parent, adopted.time, adopted.distance) = (best.1, self.time, best.0 + 1);
-            return;
-        }
-        for k in 0..4 {
-            let there = node.next[k] as usize;
-            if related(self, k) {
-                let open = if node.tree == Tree::Source { self.nodes[there].rest[k ^ 1] } else { node.rest[k] } > 0;
-                if open {
-                    self.activate(there);
-                }
-                if usize::from(self.nodes[there].parent) == k ^ 1 {
-                    self.orphan(there);
+            for (next, _) in next.into_iter().zip(rest).filter(|(_, rest)| *rest > 0) {
+                let node = &mut self.nodes[next as usize];
+                if node.layer == NEVER {
+                    node.layer = layer + 1;
+                    sink = if node.terminal < 0 { node.layer } else { sink };
+                    self.path.push(next);
                 }
             }
+            first += 1;
         }
-        self.nodes[here].tree = Tree::None;
+        sink != NEVER
     }
 
-    /// Steps from a node to the root of its tree; `None` below an orphan.
-    #[inline(never)]
-    fn distance(&mut self, start: usize) -> Option<u32> {
-        let (mut here, mut steps) = (start, 0);
-        let total = loop {
-            let node = &self.nodes[here];
-            if node.time == self.time {
-                break steps + node.distance;
+    /// Sends flow from a node that the source has something left for down the layers to the sink; whether any got through.
+    fn send(&mut self, start: usize) -> bool {
+        self.path.clear();
+        let mut here = start;
+        while self.nodes[here].terminal >= 0 {
+            let Node { next, rest, layer, open, .. } = self.nodes[here];
+            if open == 4 {
+                let Some(back) = self.path.pop() else { return false };
+                here = back as usize;
+                self.nodes[here].open += 1;
+            } else if rest[open] > 0 && self.nodes[next[open] as usize].layer == layer + 1 {
+                self.path.push(here as u32);
+                here = next[open] as usize;
+            } else {
+                self.nodes[here].open += 1;
             }
-            steps += 1;
-            match node.parent {
-                NOBODY => return None,
-                ROOT => {
-                    let node = &mut self.nodes[here];
-                    (node.time, node.distance) = (self.time, 1);
-                    break steps;
-                }
-                up => here = node.next[usize::from(up)] as usize,
-            }
-        };
-        // What was passed is known from now on.
-        let (mut here, mut steps) = (start, total);
-        while self.nodes[here].time != self.time {
-            let node = &mut self.nodes[here];
-            (node.time, node.distance) = (self.time, steps);
-            steps -= 1;
-            here = node.next[usize::from(node.parent)] as usize;
         }
-        Some(total)
+        let rest = |&node: &u32| self.nodes[node as usize].rest[self.nodes[node as usize].open];
+        let most = self.nodes[start].terminal.min(-self.nodes[here].terminal);
+        let amount = self.path.iter().map(rest).fold(most, i32::min);
+        self.nodes[start].terminal -= amount;
+        self.nodes[here].terminal += amount;
+        for &node in &self.path {
+            let Node { next, open, .. } = self.nodes[node as usize];
+            self.nodes[node as usize].rest[open] -= amount;
+            self.nodes[next[open] as usize].rest[open ^ 1] += amount;
+        }
+        true
     }
 }

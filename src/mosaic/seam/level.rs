@@ -2,7 +2,7 @@
 
 use super::flow::{Flow, NEIGHBOURS};
 use super::{BOTH, NONE, REFERENCE, TARGET};
-use crate::image::{reserve, zeroed};
+use crate::image::{defaults, zeroed};
 use crate::{Mask, Result};
 
 /// What a step of the seam costs in itself.
@@ -18,97 +18,78 @@ pub(super) struct Borders {
     width: usize,
 }
 
+/// A place of a [`Level`].
+#[derive(Clone, Copy, Default)]
+pub(super) struct Cell {
+    /// Which photos are valid; [`BOTH`] is where there is something to decide.
+    pub side: u8,
+    /// Which photo shows: nothing until it is decided.
+    shown: u8,
+    /// What a seam through the cell costs.
+    pub cost: u16,
+    /// Number in the graph, counted from 1; 0 where there is nothing to decide.
+    node: u32,
+}
+
 /// A window of the canvas in cells of one size.
 pub(super) struct Level {
     left: usize,
     top: usize,
     width: usize,
     height: usize,
-    /// Which photos are valid in the cell; [`BOTH`] is where there is something to decide.
-    pub sides: Vec<u8>,
-    /// What a seam through the cell costs.
-    pub costs: Vec<u16>,
-    /// Which photo shows: empty until it is decided.
-    shown: Vec<u8>,
+    pub cells: Vec<Cell>,
 }
 
 impl Level {
     pub fn empty(left: usize, top: usize, width: usize, height: usize) -> Result<Self> {
-        let (sides, costs) = (zeroed(width * height)?, zeroed(width * height)?);
-        Ok(Self { left, top, width, height, sides, costs, shown: Vec::new() })
+        Ok(Self { left, top, width, height, cells: defaults(width * height)? })
     }
 
     /// How many cells are to be decided.
     pub fn free(&self) -> usize {
-        self.sides.iter().filter(|&&side| side == BOTH).count()
+        self.cells.iter().filter(|cell| cell.side == BOTH).count()
     }
 
     /// The same at half the resolution.
     pub fn halved(&self) -> Result<Self> {
         let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
-        for y in 0..half.height {
-            for x in 0..half.width {
-                let (mut counts, mut sum) = ([0u32; 4], 0);
-                for j in 2 * y..(2 * y + 2).min(self.height) {
-                    for i in 2 * x..(2 * x + 2).min(self.width) {
-                        let at = j * self.width + i;
-                        let side = self.sides[at];
-                        counts[usize::from(side & BOTH)] += 1;
-                        if side == BOTH {
-                            sum += u32::from(self.costs[at]);
-                        }
-                    }
+        for (at, cell) in half.cells.iter_mut().enumerate() {
+            let (x, y) = (2 * (at % half.width), 2 * (at / half.width));
+            let (mut counts, mut sum) = ([0u32; 4], 0);
+            for (i, j) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
+                if i < self.width && j < self.height {
+                    let fine = &self.cells[j * self.width + i];
+                    counts[usize::from(fine.side & BOTH)] += 1;
+                    sum += if fine.side == BOTH { u32::from(fine.cost) } else { 0 };
                 }
-                let [_, target, reference, both] = counts;
-                let at = y * half.width + x;
-                half.sides[at] = match (both, target.max(reference)) {
-                    (0, 0) => NONE,
-                    (both, most) if both >= most => BOTH,
-                    _ if target > reference => TARGET,
-                    _ => REFERENCE,
-                };
-                half.costs[at] = sum.checked_div(both).unwrap_or(0) as u16;
             }
+            let [_, target, reference, both] = counts;
+            cell.side = match (both, target.max(reference)) {
+                (0, 0) => NONE,
+                (both, most) if both >= most => BOTH,
+                _ if target > reference => TARGET,
+                _ => REFERENCE,
+            };
+            cell.cost = sum.checked_div(both).unwrap_or(0) as u16;
         }
         Ok(half)
     }
 
-    /// Decides for every cell.
-    pub fn cut_whole(&mut self, borders: &Borders) -> Result<()> {
-        self.shown = self.sides.clone();
-        let mut nodes = Vec::new();
-        reserve(&mut nodes, self.free())?;
-        nodes.extend((0..self.sides.len()).filter(|&at| self.sides[at] == BOTH));
-        self.decide(&nodes, borders, 0)
-    }
-
-    /// Takes the coarser level's decisions over, and decides anew near the seam.
-    pub fn refine(&mut self, coarser: &Self, borders: &Borders, scale: u32) -> Result<()> {
-        self.shown = self.sides.clone();
-        for (y, row) in self.shown.chunks_exact_mut(self.width).enumerate() {
-            let coarse = &coarser.shown[y / 2 * coarser.width..(y / 2 + 1) * coarser.width];
-            for (x, shown) in row.iter_mut().enumerate().filter(|(_, shown)| **shown == BOTH) {
-                *shown = coarse[x / 2];
-            }
-        }
-        let nodes = self.band()?;
-        self.decide(&nodes, borders, scale)
-    }
-
     /// Writes the decisions into the canvas' mask.
     pub fn write(&self, seam: &mut Mask) {
-        for (y, row) in self.shown.chunks_exact(self.width).enumerate() {
-            let start = (self.top + y) * seam.width + self.left;
-            seam.data[start..start + self.width].copy_from_slice(row);
+        for (at, cell) in self.cells.iter().enumerate() {
+            seam.data[(self.top + at / self.width) * seam.width + self.left + at % self.width] = cell.shown;
         }
     }
 
     /// What every cell costs on top for being near a border of either photo: a seam there leaves no room to blend.
     pub fn borders(&self) -> Result<Borders> {
-        let mut extra = zeroed(self.costs.len())?;
+        let mut extra = zeroed(self.cells.len())?;
         for (reach, extra_cost) in [(3, BORDER / 4), (2, BORDER / 2), (1, BORDER)] {
-            for (at, _) in self.sides.iter().enumerate().filter(|(_, side)| matches!(**side, TARGET | REFERENCE)) {
-                self.around(at, reach, &mut |other| extra[other] = extra_cost);
+            for at in 0..self.cells.len() {
+                if matches!(self.cells[at].side, TARGET | REFERENCE) {
+                    self.around(at, reach, &mut |other| extra[other] = extra_cost);
+                }
             }
         }
         Ok(Borders { extra, width: self.width })
@@ -125,43 +106,23 @@ impl Level {
         }
     }
 
-    /// The cells near the present seam that are free to change sides.
-    fn band(&self) -> Result<Vec<usize>> {
-        let mut near: Vec<bool> = zeroed(self.shown.len())?;
-        let mut nodes = Vec::new();
-        let mut mark = |at: usize| {
-            self.around(at, BAND, &mut |other| {
-                if self.sides[other] == BOTH && !near[other] {
-                    near[other] = true;
-                    nodes.push(other);
-                }
-            });
-        };
-        for at in 0..self.shown.len() {
-            let here = self.shown[at];
-            let right = if (at + 1).is_multiple_of(self.width) { here } else { self.shown[at + 1] };
-            let below = self.shown.get(at + self.width).copied().unwrap_or(here);
-            // 1 and 2 are the only labels that differ in both bits.
-            if here ^ right == BOTH || here ^ below == BOTH {
-                mark(at);
+    /// Decides for every cell. With a coarser level that is decided already, takes its decisions over, and decides anew
+    /// near the seam. `scale` is how many times the borders' grid is coarser by a half.
+    pub fn cut(&mut self, coarser: Option<&Self>, borders: &Borders, scale: u32) -> Result<()> {
+        for (at, cell) in self.cells.iter_mut().enumerate() {
+            cell.shown = cell.side;
+            if let Some(coarser) = coarser.filter(|_| cell.side == BOTH) {
+                cell.shown = coarser.cells[at / self.width / 2 * coarser.width + at % self.width / 2].shown;
             }
         }
-        Ok(nodes)
-    }
-
-    /// A minimum cut over `nodes`; all other cells stay as they are shown.
-    fn decide(&mut self, nodes: &[usize], borders: &Borders, scale: u32) -> Result<()> {
-        let mut index: Vec<u32> = zeroed(self.shown.len())?; // 0: no node
-        for (i, &at) in nodes.iter().enumerate() {
-            index[at] = i as u32 + 1;
-        }
-        let mut flow = Flow::new(nodes.len())?;
-        for (i, &at) in nodes.iter().enumerate() {
-            let cost = |at: usize| {
-                let (x, y) = ((at % self.width) >> scale, (at / self.width) >> scale);
-                i32::from(self.costs[at]) + i32::from(borders.extra[y * borders.width + x])
-            };
-            let own = cost(at);
+        let count = self.number(coarser.is_none())?;
+        let mut flow = Flow::new(count)?;
+        let cost = |at: usize| {
+            let (x, y) = ((at % self.width) >> scale, (at / self.width) >> scale);
+            i32::from(self.cells[at].cost) + i32::from(borders.extra[y * borders.width + x])
+        };
+        for (at, cell) in self.cells.iter().enumerate().filter(|(_, cell)| cell.node != 0) {
+            let (i, own) = (cell.node as usize - 1, cost(at));
             for (k, (dx, dy)) in NEIGHBOURS.into_iter().enumerate() {
                 let x = (at % self.width).wrapping_add_signed(dx);
                 let y = (at / self.width).wrapping_add_signed(dy);
@@ -169,18 +130,41 @@ impl Level {
                     continue;
                 }
                 let other = y * self.width + x;
-                match (index[other], self.sides[other], self.shown[other]) {
-                    (0, BOTH, side) => flow.tie(i, side == TARGET, own + cost(other) + STEP),
-                    (0, _, NONE) => {}
-                    (0, _, side) => flow.tie(i, side == TARGET, 2 * own + STEP),
-                    (node, ..) => flow.link(i, k, node as usize - 1, own + cost(other) + STEP),
+                let Cell { side, shown, node, .. } = self.cells[other];
+                if node != 0 {
+                    flow.link(i, k, node as usize - 1, own + cost(other) + STEP);
+                } else if shown != NONE {
+                    let beyond = if side == BOTH { cost(other) } else { own };
+                    flow.tie(i, shown == TARGET, own + beyond + STEP);
                 }
             }
         }
         flow.run();
-        for (i, &at) in nodes.iter().enumerate() {
-            self.shown[at] = if flow.reached(i) { TARGET } else { REFERENCE };
+        for cell in self.cells.iter_mut().filter(|cell| cell.node != 0) {
+            cell.shown = if flow.reached(cell.node as usize - 1) { TARGET } else { REFERENCE };
         }
         Ok(())
+    }
+
+    /// Numbers the cells that are free to change sides, `all` or those near the present seam; how many there are.
+    fn number(&mut self, all: bool) -> Result<usize> {
+        let mut near: Vec<u8> = zeroed(self.cells.len())?;
+        for at in 0..near.len() {
+            let shown = |at: usize| self.cells[at].shown;
+            let here = shown(at);
+            let right = if (at + 1).is_multiple_of(self.width) { here } else { shown(at + 1) };
+            let below = if at + self.width < near.len() { shown(at + self.width) } else { here };
+            // 1 and 2 are the only labels that differ in both bits.
+            if here ^ right == BOTH || here ^ below == BOTH {
+                self.around(at, BAND, &mut |other| near[other] = 1);
+            }
+        }
+        let mut count = 0;
+        for (cell, &near) in self.cells.iter_mut().zip(&near) {
+            let free = cell.side == BOTH && (all || near != 0);
+            count += u32::from(free);
+            cell.node = if free { count } else { 0 };
+        }
+        Ok(count as usize)
     }
 }

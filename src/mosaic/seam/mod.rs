@@ -9,7 +9,7 @@ mod flow;
 mod level;
 
 use super::canvas::Placed;
-use super::distance::{UNIT, distance};
+use super::distance::{distance, to_outside};
 use super::span::Span;
 use crate::{Image, Mask, Result};
 use level::Level;
@@ -40,17 +40,12 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
 /// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
     let (width, height) = (image.width, image.height);
-    let inside = distance(width, height, true, &|i| seam.data[i] & TARGET == 0)?;
-    let (columns, rows) = (reference.photo.width(), reference.photo.height());
-    for y in reference.top..reference.top + rows {
-        let vertical = (y - reference.top + 1).min(rows + reference.top - y);
-        for x in 0..columns {
-            let i = y * width + reference.left + x;
-            if seam.data[i] == BOTH {
-                let edge = vertical.min(x + 1).min(columns - x) * usize::from(UNIT);
-                seam.data[i] = if usize::from(inside[i]) > edge { TARGET } else { REFERENCE };
-            }
-        }
+    let inside = distance(seam.data.len(), width, &|i| seam.data[i] & TARGET == 0)?;
+    let size = (reference.photo.width(), reference.photo.height());
+    for (i, side) in seam.data.iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
+        let (x, y) = (i % width, i / width);
+        let edge = to_outside((x - reference.left, y - reference.top), size);
+        *side = if inside[i].min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
     }
     Ok(())
 }
@@ -75,10 +70,7 @@ pub(super) fn cut(
     let Some(borders) = levels.last().map(Level::borders).transpose()? else { return Ok(()) };
     while let Some(mut level) = levels.pop() {
         span.part(0.5 + 0.5 / (levels.len() + 1) as f32, 1.0).row(0, 1)?;
-        match &coarser {
-            None => level.cut_whole(&borders)?,
-            Some(coarser) => level.refine(coarser, &borders, (coarsest - levels.len() - 1) as u32)?,
-        }
+        level.cut(coarser.as_ref(), &borders, (coarsest - levels.len() - 1) as u32)?;
         coarser = Some(level);
     }
     if let Some(level) = coarser {

@@ -12,13 +12,12 @@ mod vote;
 
 use super::super::Guide;
 use super::super::crop::Rect;
+use super::super::distance::{STRAIGHT, distance};
 use super::Progress;
-use super::cluster::Cluster;
-use super::distance::{STRAIGHT, spread, starts};
-use super::parts::{Part, Parts, grown};
+use super::cluster::{Cluster, Clusters};
 use crate::geometry::Sampler;
 use crate::image::reserve;
-use crate::{Image, Result};
+use crate::{Image, Mask, Result};
 use level::{Level, Void};
 use search::Field;
 use vote::{vote, vote_on};
@@ -54,19 +53,20 @@ pub(super) type Filled = (usize, [u8; 4]);
 /// Adds the colours of a cluster's voids to `filled`. `false`, and nothing added, when there is no patch to copy from.
 pub(super) fn fill(
     image: &Image,
-    cluster: &Cluster<'_>,
-    parts: &Parts,
+    voids: &Mask,
+    clusters: &Clusters<'_>,
+    cluster: &Cluster,
     guide: Option<&Guide>,
     filled: &mut Vec<Filled>,
     progress: &mut Progress<'_>,
 ) -> Result<bool> {
-    let reach = REACH.0 * parts.deepest + REACH.1;
-    let window = grown(cluster.bounds, reach as usize, image);
-    let mut finest = base(image, cluster, parts, guide, window)?;
+    let reach = REACH.0 * cluster.deepest + REACH.1;
+    let window = cluster.bounds.grown(reach as usize, (image.width, image.height));
+    let mut finest = base(image, voids, &|x, y| clusters.has(cluster, x, y), guide, window)?;
     background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
     let mut levels = Vec::new();
     levels.push(finest);
-    while parts.deepest >> (levels.len() - 1) > NARROW {
+    while cluster.deepest >> (levels.len() - 1) > NARROW {
         levels.push(levels[levels.len() - 1].halved()?);
     }
     let whole = levels.len() as f32;
@@ -128,8 +128,7 @@ fn peel(
     let around =
         |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
     let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
-    let mut depth = starts(level.depth.len(), at_background)?;
-    spread(&mut depth, level.width);
+    let depth = distance(level.depth.len(), level.width, &at_background)?;
     let ring_of = |void: &Void| depth[void.cell] / STRAIGHT;
     let radius = level.width.max(level.height);
     let mut next = Some(0);
@@ -157,15 +156,21 @@ fn peel(
 
 /// The window at the picture's own resolution.
 #[inline(never)]
-fn base(image: &Image, cluster: &Cluster<'_>, parts: &Parts, guide: Option<&Guide>, window: Rect) -> Result<Level> {
+fn base(
+    image: &Image,
+    voids: &Mask,
+    inside: &dyn Fn(usize, usize) -> bool,
+    guide: Option<&Guide>,
+    window: Rect,
+) -> Result<Level> {
     let mut level = Level::new(window.width, window.height)?;
     for (y, x) in (0..window.height).flat_map(|y| (0..window.width).map(move |x| (y, x))) {
         let cell = level.cell(x, y);
         let (x, y) = (window.x + x, window.y + y);
         let at = y * image.width + x;
         let pixel = &image.data[4 * at..4 * at + 4];
-        if cluster.is_void(x, y) {
-            if parts.at(x, y) == Part::Void {
+        if voids.data[at] != 0 {
+            if inside(x, y) {
                 level.push(Void { cell, far: f32::NEG_INFINITY, limit: f32::MAX })?;
             }
         } else if pixel[3] != 0 {

@@ -1,0 +1,289 @@
+//! Filling by coherence transport.
+//!
+//! After F. Bornemann and T. März, *Fast Image Inpainting Based on Coherence Transport*, J. Math. Imaging Vis. 28 (2007).
+//! Void pixels are visited from the valid pixels around them inwards, each once. A pixel becomes a weighted mean of the
+//! known pixels around it; where the structure tensor finds an edge or a line there, the weights are concentrated
+//! along it, so that it runs on into the void.
+
+use wide::f32x4;
+
+use super::Progress;
+use crate::image::reserve;
+use crate::{Image, Mask, Result};
+
+/// Filled pixels between two reports of progress.
+const REPORT_EVERY: usize = 4096;
+/// How much more a direction weighs where the structure is a clean edge (κ of the paper, its value).
+const SHARPNESS: f32 = 25.0;
+/// Differences of the tensor's eigenvalues, in squared grey levels, below which a direction is taken for noise.
+const NOISE: f32 = 25.0;
+
+/// The four neighbours and then the other four.
+const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+
+/// Instead of a number: nothing is known of the cell, it is to be filled, it is a pixel not looked at before.
+const UNKNOWN: u32 = u32::MAX;
+const VOID: u32 = u32::MAX - 1;
+const UNSEEN: u32 = u32::MAX - 2;
+
+/// Fills the pixels of `voids` from their borders inwards; what `unknown` marks, which they are part of, tells nothing
+/// about them. On an error `image` is untouched.
+pub(super) fn fill(
+    image: &mut Image,
+    voids: &Mask,
+    unknown: &Mask,
+    radius: usize,
+    progress: &mut Progress<'_>,
+) -> Result<()> {
+    let count = voids.count();
+    let mut transport = Transport::new(image, voids, unknown, radius)?;
+    // Cells and their numbers: the valid ones around the voids, then the voids as they are reached.
+    let mut order = transport.border()?;
+    let border = order.len();
+    reserve(&mut order, count)?;
+    // Steps to four neighbours and to all eight take turns, so that the fronts are octagons. What of the front before the
+    // last can only be reached by a diagonal step is then made up for.
+    let (mut before, mut last, mut steps) = (0, 0, 4);
+    while before < order.len() {
+        let front = order.len();
+        for i in if steps == 4 { last } else { before }..front {
+            for &(x, y) in &NEIGHBOURS[..steps] {
+                let next = order[i].0.wrapping_add_signed(transport.step(x, y));
+                if transport.numbers[next] == VOID {
+                    transport.numbers[next] = UNKNOWN;
+                    order.push((next, UNKNOWN));
+                }
+            }
+        }
+        // The pixels of a front do not see one another, so their order makes no difference.
+        for (i, (cell, number)) in order.iter_mut().enumerate().skip(front) {
+            if i.is_multiple_of(REPORT_EVERY) {
+                progress.report((i - border) as f32 / count as f32)?;
+            }
+            *number = transport.transported(*cell)?;
+        }
+        for &(cell, number) in &order[front..] {
+            transport.numbers[cell] = number;
+        }
+        (before, last, steps) = (last, front, 12 - steps);
+    }
+    let Transport { known, padding, stride, .. } = transport;
+    for &(cell, number) in &order[border..] {
+        let (x, y) = ((cell - padding) % stride, (cell - padding) / stride - padding);
+        let pixel = &mut image.data.as_chunks_mut::<4>().0[y * image.width + x];
+        let colour = known[number as usize].colour.to_array();
+        pixel.iter_mut().zip(colour).for_each(|(own, v)| *own = (v + 0.5) as u8);
+        pixel[3] = 255;
+    }
+    Ok(())
+}
+
+/// A pixel of the neighbourhood that a void is drawn from: a disc around it.
+struct Tap {
+    /// Distance in cells.
+    step: isize,
+    /// x² + y², x² − y² and 2xy of the offset: what its distance from a line through the centre is made of.
+    squared: f32,
+    difference: f32,
+    product: f32,
+    /// 1 / distance.
+    nearness: f32,
+    /// Bell of the distance, for the structure tensor.
+    bell: f32,
+}
+
+/// What is known of a pixel.
+struct Known {
+    /// Red, green, blue, 1.
+    colour: f32x4,
+    /// Structure tensor xx, xy, yy, 1 (all 0 where there is no telling).
+    tensor: f32x4,
+}
+
+/// The filling's state: what is known so far.
+struct Transport<'a> {
+    image: &'a Image,
+    unknown: &'a Mask,
+    disc: Vec<Tap>,
+    /// 1 / 16ε², where ε is the disc's radius.
+    spread: f32,
+    /// Of every cell what it is, or which of `known`. The cells are the picture's pixels with as much padding above, below
+    /// and between the rows as the disc's radius, so that no disc leaves them.
+    numbers: Vec<u32>,
+    padding: usize,
+    /// Cells in a row.
+    stride: usize,
+    known: Vec<Known>,
+    /// The taps of a disc on known pixels, and the numbers of these.
+    near: Vec<(usize, u32)>,
+}
+
+impl<'a> Transport<'a> {
+    fn new(image: &'a Image, voids: &Mask, unknown: &'a Mask, radius: usize) -> Result<Self> {
+        let (padding, stride) = (radius, image.width + radius);
+        let disc = disc(radius, stride)?;
+        let mut near = Vec::new();
+        reserve(&mut near, disc.len())?;
+        let cells = (image.height + 2 * padding + 1) * stride;
+        let mut numbers = Vec::new();
+        reserve(&mut numbers, cells)?;
+        numbers.resize(cells, UNKNOWN);
+        let spread = 1.0 / (16 * radius * radius) as f32;
+        let mut transport = Self { image, unknown, disc, spread, numbers, padding, stride, known: Vec::new(), near };
+        for (y, voids) in voids.data.chunks_exact(image.width).enumerate() {
+            let first = (y + padding) * stride + padding;
+            for (number, &void) in transport.numbers[first..].iter_mut().zip(voids) {
+                *number = if void != 0 { VOID } else { UNSEEN };
+            }
+        }
+        Ok(transport)
+    }
+
+    fn step(&self, x: isize, y: isize) -> isize {
+        y * self.stride.cast_signed() + x
+    }
+
+    /// The pixel of a cell.
+    fn position(&self, cell: usize) -> (usize, usize) {
+        ((cell - self.padding) % self.stride, (cell - self.padding) / self.stride - self.padding)
+    }
+
+    /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
+    fn valid(&self, x: usize, y: usize) -> Option<f32x4> {
+        let Image { data, width, height } = self.image;
+        if x >= *width || y >= *height || self.unknown.data[y * width + x] != 0 {
+            return None;
+        }
+        let [r, g, b, alpha] = data.as_chunks::<4>().0[y * width + x];
+        (alpha != 0).then(|| f32x4::new([f32::from(r), f32::from(g), f32::from(b), 1.0]))
+    }
+
+    /// The valid cells next to a void, and their numbers.
+    fn border(&mut self) -> Result<Vec<(usize, u32)>> {
+        let mut border = Vec::new();
+        for cell in 0..self.numbers.len() {
+            if self.numbers[cell] != VOID {
+                continue;
+            }
+            reserve_more(&mut border, NEIGHBOURS.len())?;
+            for (x, y) in NEIGHBOURS {
+                let next = cell.wrapping_add_signed(self.step(x, y));
+                if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
+                    border.push((next, self.numbers[next]));
+                }
+            }
+        }
+        Ok(border)
+    }
+
+    /// The number of a cell; [`UNKNOWN`] or [`VOID`] when nothing is known of it.
+    fn look(&mut self, cell: usize) -> Result<u32> {
+        if self.numbers[cell] == UNSEEN {
+            let (x, y) = self.position(cell);
+            self.numbers[cell] = match self.valid(x, y) {
+                Some(colour) => self.push(Known { colour, tensor: self.tensor(x, y, colour) })?,
+                None => UNKNOWN,
+            };
+        }
+        Ok(self.numbers[cell])
+    }
+
+    fn push(&mut self, pixel: Known) -> Result<u32> {
+        reserve_more(&mut self.known, 1)?;
+        self.known.push(pixel);
+        Ok(self.known.len() as u32 - 1)
+    }
+
+    /// Structure tensor of the plane that fits the valid pixels of the 3×3 neighbourhood best, summed over the channels.
+    fn tensor(&self, x: usize, y: usize, centre: f32x4) -> f32x4 {
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        let (mut along_x, mut along_y) = (f32x4::ZERO, f32x4::ZERO);
+        for (i, j) in NEIGHBOURS {
+            if let Some(colour) = self.valid(x.wrapping_add_signed(i), y.wrapping_add_signed(j)) {
+                let (i, j) = (i as f32, j as f32);
+                (xx, xy, yy) = (xx + i * i, xy + i * j, yy + j * j);
+                along_x += (colour - centre) * f32x4::splat(i);
+                along_y += (colour - centre) * f32x4::splat(j);
+            }
+        }
+        let determinant: f32 = xx * yy - xy * xy;
+        if determinant < 0.5 {
+            return f32x4::ZERO; // fewer than two directions: no gradient
+        }
+        let solved = |a: f32, u: f32x4, b: f32, v: f32x4| {
+            (u * f32x4::splat(a) - v * f32x4::splat(b)) / f32x4::splat(determinant)
+        };
+        let (gx, gy) = (solved(yy, along_x, xy, along_y), solved(xx, along_y, xy, along_x));
+        f32x4::new([(gx * gx).reduce_add(), (gx * gy).reduce_add(), (gy * gy).reduce_add(), 1.0])
+    }
+
+    /// Draws a void pixel from what is known around it; its number.
+    fn transported(&mut self, cell: usize) -> Result<u32> {
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
+        let mut structure = f32x4::ZERO;
+        for i in 0..self.disc.len() {
+            let number = self.look(cell.wrapping_add_signed(self.disc[i].step))?;
+            if let Some(known) = self.known.get(number as usize) {
+                near.push((i, number));
+                structure += known.tensor * f32x4::splat(self.disc[i].bell);
+            }
+        }
+        // w = 1/r · e^(−μ²t²/2ε²), where t is the distance from the line through the centre along the structure, ε the
+        // disc's radius and μ from 1 (no direction: near pixels weigh most) to 1 + κ (an edge).
+        let [xx, xy, yy, _] = mean(structure).to_array();
+        let (difference, product) = (xx - yy, 2.0 * xy);
+        let gap = (difference * difference + product * product).sqrt(); // between the eigenvalues
+        // Across the structure, at angle θ: cos 2θ and sin 2θ. The coherence is 1 for a straight edge, 0 for a texture.
+        let (cos, sin) = if gap > 0.0 { (difference / gap, product / gap) } else { (0.0, 0.0) };
+        let coherence = gap / (xx + yy + NOISE);
+        let mu = 1.0 + SHARPNESS * coherence * coherence;
+        let scale = mu * mu * self.spread;
+        let (mut colour, mut tensor) = (f32x4::ZERO, f32x4::ZERO);
+        for &(i, number) in &near {
+            let (tap, known) = (&self.disc[i], &self.known[number as usize]);
+            let t2 = (tap.squared + cos * tap.difference + sin * tap.product) / 2.0;
+            let weight = f32x4::splat(tap.nearness * bell(scale * t2));
+            colour += known.colour * weight;
+            tensor += known.tensor * weight;
+        }
+        self.near = near;
+        self.push(Known { colour: mean(colour), tensor: mean(tensor) })
+    }
+}
+
+fn disc(radius: usize, stride: usize) -> Result<Vec<Tap>> {
+    let mut disc = Vec::new();
+    reserve(&mut disc, (2 * radius + 1) * (2 * radius + 1))?;
+    let r = radius.cast_signed();
+    // σ is half the radius, and at least one pixel.
+    let variance = ((r * r) as f32 / 4.0).max(1.0);
+    for (x, y) in (-r..=r).flat_map(|y| (-r..=r).map(move |x| (x, y))) {
+        let (d2, step) = (x * x + y * y, y * stride.cast_signed() + x);
+        // Half a pixel more, so that the disc of radius 1 has its diagonal neighbours: a front may have no others.
+        if d2 > 0 && d2 <= r * r + r {
+            let (squared, difference, product) = (d2 as f32, (x * x - y * y) as f32, (2 * x * y) as f32);
+            let (nearness, bell) = (1.0 / squared.sqrt(), bell(squared / (16.0 * variance)));
+            disc.push(Tap { step, squared, difference, product, nearness, bell });
+        }
+    }
+    Ok(disc)
+}
+
+/// (1 + z)⁻⁸: nearly the bell e⁻⁸ᶻ, but plain arithmetic, and never 0.
+fn bell(z: f32) -> f32 {
+    let z2 = (1.0 + z) * (1.0 + z);
+    let z4 = z2 * z2;
+    1.0 / (z4 * z4)
+}
+
+/// A weighted sum over its weight; nothing stays nothing.
+fn mean(sum: f32x4) -> f32x4 {
+    let weight = sum.to_array()[3];
+    if weight > 0.0 { sum / f32x4::splat(weight) } else { sum }
+}
+
+/// Makes room for some more values where there is none.
+fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
+    if list.capacity() - list.len() < count { reserve(list, list.len().max(1024)) } else { Ok(()) }
+}
