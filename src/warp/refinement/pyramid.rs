@@ -10,10 +10,10 @@ use crate::image::zeroed;
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
-/// Pixels of motion per label at full size.
-const FINEST: f32 = 0.5;
 /// Pictures are not made smaller than this, in pixels.
 const SMALLEST: usize = 32;
+/// Of the pixels that are seen in the other photo one in so many has to be trusted for the others to keep their matches.
+const FEW: usize = 5;
 /// Share of the diagonal over which corrections fade into the prior where nothing is known.
 const FADING: f32 = 0.05;
 
@@ -58,12 +58,16 @@ pub(super) struct Reach {
     pub range: f32,
     /// Cost of leaving the prior at all.
     pub stay: u8,
+    /// Whether the prior is but a guess.
+    pub guess: bool,
+    /// Pixels of motion per label at full size.
+    pub finest: f32,
 }
 
 /// Corrects the maps of both photos.
 pub(super) fn coarse_to_fine(
     mut sides: [Side<'_>; 2],
-    Reach { range, stay }: Reach,
+    Reach { range, stay, guess, finest }: Reach,
     observer: &mut dyn Observer,
 ) -> Result<[Found; 2]> {
     let small = |sides: &[Side<'_>; 2]| {
@@ -78,7 +82,7 @@ pub(super) fn coarse_to_fine(
     let mut done = 0.0;
     for level in (0..levels).rev() {
         let scale = 1 << level;
-        let step = if level == 0 { FINEST } else { scale as f32 };
+        let step = if level == 0 { finest } else { scale as f32 };
         let mut found: [Vec<f32>; 2] = Default::default();
         for (found, [own, other]) in found.iter_mut().zip([[0, 1], [1, 0]].map(|pair| pair.map(|i| &sides[i]))) {
             let middle = labels(&own.shifts, &own.pyramid, level, step)?;
@@ -103,7 +107,14 @@ pub(super) fn coarse_to_fine(
             let (width, height, _) = size;
             side.trusted = solid(&agree, width, height)?;
             let reach = FADING * ((width * width + height * height) as f32).sqrt();
-            continued(&side.field, &mut side.shifts, &side.trusted, size, reach)?;
+            let smooth = continued(&side.field, &side.shifts, &side.trusted, size, reach)?;
+            let count = |marks: &[u8]| marks.iter().filter(|&&mark| mark != 0).count();
+            let keep = (guess || level == 0 && stay == 0) && count(&side.trusted) * FEW > count(&agree);
+            for ((shift, smooth), &mark) in side.shifts.iter_mut().zip(smooth).zip(&agree) {
+                if !(keep && mark != 0) {
+                    *shift = smooth;
+                }
+            }
         }
     }
     let [a, b] = sides;
