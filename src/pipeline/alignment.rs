@@ -68,7 +68,7 @@ impl Alignment<'_> {
     pub(super) fn warp(&self, target: View<'_>, options: &WarpOptions) -> WarpOptions {
         let [w, h] = [target.image.width(), target.image.height()].map(|side| side as f64);
         let share = self.spread.map_or(1.0, |[spread, _]| {
-            (4.0 * spread / (options.void_distance * (w * w + h * h).sqrt())).max(0.5).min(1.0)
+            (4.0 * spread / (options.void_distance * (w * w + h * h).sqrt())).clamp(0.5, 1.0)
         });
         WarpOptions { void_distance: share * options.void_distance, ..options.clone() }
     }
