@@ -96,6 +96,7 @@ impl Options {
             without_depth: WithoutDepth::Homography,
             estimate,
             refine: None,
+            warp: WarpOptions::paper(),
             blend: BlendOptions::paper(),
             fill: Some(FillOptions { method: FillMethod::Smooth, ..Default::default() }),
             ..Self::default()
@@ -149,7 +150,8 @@ pub fn stitch(
     let mut laps = Laps::start(observer);
     let aligned = aligned(matches, target, reference, options, observer, &mut laps)?;
     let (geometry, [target, reference]) = (&aligned.geometry, aligned.views(target, reference));
-    let warped = warp(target, reference, &geometry.forward, &geometry.reverse, &options.warp, observer)?;
+    let warped =
+        warp(target, reference, &geometry.forward, &geometry.reverse, &aligned.warp(target, &options.warp), observer)?;
     laps.end(Stage::Warp, observer);
     report(observer, Stage::Measure, 0.0)?;
     let quality = quality(&warped, reference.image)?;

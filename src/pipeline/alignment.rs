@@ -6,7 +6,7 @@ use super::{Options, WithoutDepth};
 use crate::geometry::statistics::nth;
 use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, continue_outside, derive_missing, estimate, two_view};
 use crate::observer::Observer;
-use crate::warp::{RefineOptions, View, refine};
+use crate::warp::{RefineOptions, View, WarpOptions, refine};
 use crate::{InverseDepth, Mask, Result, Stage};
 
 /// Both models and both inverse-depth maps.
@@ -20,6 +20,8 @@ pub struct Alignment<'a> {
     pub depth: [Option<Cow<'a, InverseDepth>>; 2],
     /// Reference pixels whose depth the refinement is sure of.
     pub trusted: Option<Mask>,
+    /// How far depth from the matches themselves misses those that took no part in it: see [`TwoView::spread`].
+    pub(super) spread: Option<[f64; 2]>,
 }
 
 /// Fits the models to the matches, with the depth maps of the views or, without any, with depth from the matches.
@@ -34,7 +36,13 @@ pub(super) fn fit<'a>(
     if !given && options.without_depth == WithoutDepth::TwoView {
         let found = two_view(matches, target.image, reference.image, &options.estimate, observer)?;
         let depth = [found.target, found.reference].map(|map| Some(Cow::Owned(map)));
-        return Ok(Alignment { matches: None, geometry: found.geometry, depth, trusted: None });
+        return Ok(Alignment {
+            matches: None,
+            geometry: found.geometry,
+            depth,
+            trusted: None,
+            spread: Some(found.spread),
+        });
     }
     let mut depth = [target.depth, reference.depth].map(|map| map.map(Cow::Borrowed));
     if options.without_depth == WithoutDepth::TwoView
@@ -45,7 +53,7 @@ pub(super) fn fit<'a>(
     }
     let frame = |view: View<'a>, side: usize| Frame { depth: depth[side].as_deref(), ..view.frame() };
     let geometry = estimate(matches, frame(target, 0), frame(reference, 1), &options.estimate, observer)?;
-    Ok(Alignment { matches: None, geometry, depth, trusted: None })
+    Ok(Alignment { matches: None, geometry, depth, trusted: None, spread: None })
 }
 
 impl Alignment<'_> {
@@ -53,6 +61,16 @@ impl Alignment<'_> {
     pub fn views<'b>(&'b self, target: View<'b>, reference: View<'b>) -> [View<'b>; 2] {
         let view = |view: View<'b>, side: usize| View { depth: self.depth[side].as_deref(), ..view };
         [view(target, 0), view(reference, 1)]
+    }
+
+    /// Depth from the photos alone soon is wrong where they do not tell of it: the void distance is four times what the
+    /// matches miss, from half of what was asked for to all of it.
+    pub(super) fn warp(&self, target: View<'_>, options: &WarpOptions) -> WarpOptions {
+        let [w, h] = [target.image.width(), target.image.height()].map(|side| side as f64);
+        let share = self.spread.map_or(1.0, |[spread, _]| {
+            (4.0 * spread / (options.void_distance * (w * w + h * h).sqrt())).clamp(0.5, 1.0)
+        });
+        WarpOptions { void_distance: share * options.void_distance, ..options.clone() }
     }
 
     /// What the stage is called that made this alignment.
@@ -73,7 +91,8 @@ impl Alignment<'_> {
         if kind == ModelKind::Homography {
             return Ok(());
         }
-        let spread = self.spread(given.or(self.matches.as_deref()).unwrap_or_default());
+        let spread = self.spread.unwrap_or_else(|| self.spread(given.or(self.matches.as_deref()).unwrap_or_default()));
+        let options = &RefineOptions { guess: kind == ModelKind::TwoView, ..*options };
         let [target, reference] = self.views(target, reference);
         let refined = refine(target, reference, &forward, &reverse, spread, options, observer)?;
         let sizes = [target, reference].map(|view| (view.image.width(), view.image.height()));

@@ -55,6 +55,9 @@ pub struct WarpOptions {
     pub holes: Holes,
     /// β as a share of the target's diagonal.
     pub void_distance: f64,
+    /// How far colours may differ, in levels: where the photos do by this much in every channel, β is 1/√2 of itself, and
+    /// beyond it falls with the square of the difference. Infinite in the paper.
+    pub colour_distance: f64,
     /// A cell outside the reference is void when a side is this many times longer than the average cell's.
     pub stretch_limit: f64,
     /// How far the canvas may reach beyond each side of the reference, in reference sizes.
@@ -69,11 +72,19 @@ impl Default for WarpOptions {
             mode: WarpMode::Optimal,
             grid: (0, 0),
             holes: Holes::Nearest,
-            void_distance: 0.01,
+            void_distance: 0.018,
+            colour_distance: 36.0,
             stretch_limit: 2.0,
             canvas_limit: 2.0,
             max_bytes: 1 << 31,
         }
+    }
+}
+
+impl WarpOptions {
+    /// Those of the published method.
+    pub fn paper() -> Self {
+        Self { void_distance: 0.01, colour_distance: f64::INFINITY, ..Self::default() }
     }
 }
 
@@ -170,6 +181,7 @@ fn check(
     };
     positive("voidDistance", options.void_distance)?;
     positive("stretchLimit", options.stretch_limit)?;
+    positive("colourDistance", options.colour_distance.min(f64::MAX))?;
     if !(0.0..=100.0).contains(&options.canvas_limit) {
         return Err(Error::InvalidArgument {
             name: "canvasLimit",

@@ -63,8 +63,10 @@ struct Painter<'a> {
     depth: Vec<f32>,
     recover: bool,
     select: bool,
-    /// β², in squared pixels of the target.
-    beta2: f64,
+    /// 1/β², β in pixels of the target.
+    per_place: f64,
+    /// 1/3σ², σ being the colour distance.
+    per_colour: f64,
 }
 
 impl<'a> Painter<'a> {
@@ -81,7 +83,8 @@ impl<'a> Painter<'a> {
             depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
             recover,
             select,
-            beta2: options.void_distance * options.void_distance * (w * w + h * h),
+            per_place: 1.0 / (options.void_distance * options.void_distance * (w * w + h * h)),
+            per_colour: 1.0 / (3.0 * options.colour_distance * options.colour_distance),
         })
     }
 
@@ -105,16 +108,24 @@ impl<'a> Painter<'a> {
         let (rx, ry) = (x as u32 as usize, y as u32 as usize);
         let inside = rx < width && ry < height;
         let index = if inside { ry * width + rx } else { 0 };
-        let kept = !self.recover || if inside { self.confirmed([x, y], index, s) } else { !pixel.stretched };
+        let distance = if self.recover && inside { self.distance([x, y], index, s) } else { 0.0 };
+        let kept = if inside { distance < 1.0 } else { !(self.recover && pixel.stretched) };
         if !kept {
             return;
         }
         let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
         let colour = tap.colour(&scene.target);
+        let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
+        if distance > 0.0 {
+            // What is not quite where it should be and does not look like it either is a ghost.
+            let apart = f64::from(error(colour)) * self.per_colour;
+            if distance * (1.0 + apart * apart) >= 1.0 {
+                return;
+            }
+        }
         let nearness = scene.target_depth.map(|depth| tap.nearest(depth.data()));
         if taken {
             // The one already there is compared by its own pixel, so that no errors need to be kept.
-            let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
             let worse = if inside {
                 error(colour) >= error(self.pixels[at])
             } else {
@@ -137,14 +148,13 @@ impl<'a> Painter<'a> {
         self.depth
     }
 
-    /// Whether the reverse model sends the reference pixel to within β of s (paper, equation 9). Multiplied out by
-    /// the third coordinate, which spares the division.
+    /// The squared distance from s of where the reverse model sends the reference pixel, over β² (paper, equation 9).
     #[inline(always)]
-    fn confirmed(&self, pixel: [i32; 2], index: usize, s: [f64; 2]) -> bool {
+    fn distance(&self, pixel: [i32; 2], index: usize, s: [f64; 2]) -> f64 {
         let d = self.scene.reference_depth.map_or(0.0, |depth| f64::from(depth.data()[index]));
         let [u, v, w] = self.scene.reverse.transform(f64::from(pixel[0]), f64::from(pixel[1]), d);
         let (x, y) = (u - s[0] * w, v - s[1] * w);
-        w > 0.0 && x * x + y * y < self.beta2 * w * w
+        if w > 0.0 { (x * x + y * y) * self.per_place / (w * w) } else { f64::INFINITY }
     }
 }
 

@@ -105,7 +105,10 @@ export interface Options {
   gridRows: number;
   /** Where a depth map has no value: take the nearest known one, or draw nothing there. */
   holes: "nearest" | "drop";
-  /** β: where forward and reverse model disagree by more than this share of the target's diagonal is a void. */
+  /**
+   * β: where forward and reverse model disagree by more than this share of the target's diagonal is a void; by less where
+   * the colours differ too. Down to half of it with depth from the two photos alone.
+   */
   voidDistance: number;
   /** Outside the reference, a cell longer than this many times the average cell is a void. */
   stretchLimit: number;

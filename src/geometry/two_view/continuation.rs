@@ -88,7 +88,7 @@ pub(super) fn continued(
         row.iter_mut().enumerate().for_each(|(x, v)| *v = (f64::from(*v) + start + plane[0] * x as f64) as f32);
     }
     // What is known deviates from that by the details.
-    let details = Level::of(w, &filled, values)?.continued(0.5 * REACH * diagonal)?;
+    let details = Level::of(w, &filled, values, trusted)?.continued(0.5 * REACH * diagonal)?;
     for (y, (row, known)) in filled.chunks_exact_mut(w).zip(values.chunks_exact(w)).enumerate() {
         for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
             *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };

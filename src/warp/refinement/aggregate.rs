@@ -15,7 +15,7 @@ const AHEAD: usize = 16;
 /// Penalty for a change by one label.
 const SMALL: u8 = 5;
 /// Penalty for any larger change where brightness is even; it falls to half over ten grey levels.
-const LARGE: f32 = 40.0;
+const LARGE: f32 = 20.0;
 
 /// Bytes per pixel in a row of path costs: 16 labels, then 16 that are out of reach.
 const CELL: usize = 32;

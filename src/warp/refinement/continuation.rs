@@ -16,27 +16,24 @@ struct Layer {
     links: Vec<[f32; 2]>,
 }
 
-/// Replaces the shifts that are not trusted by a membrane that is held at the trusted ones, torn where the prior has an
+/// The shifts, those that are not trusted replaced by a membrane that is held at the trusted ones, torn where the prior has an
 /// edge, and drawn to zero over `reach` pixels.
 #[inline(never)]
 pub(super) fn continued(
     field: &Field<'_>,
-    shift: &mut Vec<f32>,
+    shifts: &[f32],
     trusted: &[u8],
     (width, height, scale): (usize, usize, usize),
     reach: f32,
-) -> Result<()> {
+) -> Result<Vec<f32>> {
     let per_depth = field.typical_slope();
     let mut guide = Vec::new();
     reserve(&mut guide, width * height)?;
     for y in 0..height {
         guide.extend((0..width).map(|x| field.prior_of(x, y, scale) * per_depth));
     }
-    let mut known = Vec::new();
-    reserve(&mut known, trusted.len())?;
-    known.extend_from_slice(trusted);
     let mut layers = Vec::new();
-    let mut next = Layer { width, height, shift: std::mem::take(shift), trusted: known, links: Vec::new() };
+    let mut next = Layer { width, height, shift: copy(shifts)?, trusted: copy(trusted)?, links: Vec::new() };
     let mut edge = EDGE;
     loop {
         next.link(&guide, edge)?;
@@ -59,8 +56,14 @@ pub(super) fn continued(
         pixels *= 0.5;
         coarser = Some(layer);
     }
-    *shift = coarser.map(|layer| layer.shift).unwrap_or_default();
-    Ok(())
+    Ok(coarser.map(|layer| layer.shift).unwrap_or_default())
+}
+
+fn copy<T: Copy>(values: &[T]) -> Result<Vec<T>> {
+    let mut out = Vec::new();
+    reserve(&mut out, values.len())?;
+    out.extend_from_slice(values);
+    Ok(out)
 }
 
 impl Layer {

@@ -22,7 +22,7 @@ const OUTSIDE: u8 = 16;
 /// Cost of a label beyond the range, and of the lane that is none.
 const NEVER: u8 = 100;
 /// Cost per pixel of motion away from the prior.
-const AWAY: f32 = 0.3;
+const AWAY: f32 = 0.1;
 /// Labels from the prior that the table of their own costs reaches to.
 const TABLE: i32 = 1024;
 

@@ -28,6 +28,8 @@ pub struct RefineOptions {
     /// Farthest from the prior, in pixels of motion in the other photo. `None`: four times the spread of the residuals,
     /// 12 to 24.
     pub range: Option<f64>,
+    /// Whether the priors are but guesses, to be forgotten wherever the photos tell anything.
+    pub guess: bool,
 }
 
 /// Refined inverse depth of both photos.
@@ -45,11 +47,13 @@ pub struct Refined {
 
 /// Corrects the inverse depth of both photos by what they show. The views' depth maps are priors: each pixel is searched for
 /// along its epipolar line, ±`range` pixels around where the prior sends it. The cost is census (exposure plays no part),
-/// aggregated semi-globally, from coarse to fine, at last in steps of half a pixel. `spread` is how far the priors miss
+/// aggregated semi-globally, from coarse to fine. `spread` is how far the priors miss
 /// inliers, forward and reverse, in pixels, such as the 90th percentile of the errors.
 ///
-/// A correction is trusted where both maps agree on it. Elsewhere (hidden in the other photo, nothing to see, outside
-/// the overlap) corrections are continued from trusted neighbours, not across the prior's edges, and fade into the prior.
+/// A correction is trusted where both maps agree on it. Where they do not, but the other photo is hit, the match stays as
+/// it is: if it is wrong, the maps contradict each other and void recovery removes it. Outside the overlap corrections are
+/// continued, not across the prior's edges, and fade into the prior; so they are everywhere from what is trusted when that
+/// is little.
 /// Holes of the priors are filled from the nearest known pixel, so the refined maps have none, where the priors have
 /// any value at all.
 ///
@@ -96,7 +100,10 @@ pub fn refine(
     ];
     // Where little can be seen a prior that is nearly exact is better than any match.
     let error = spread[0].max(spread[1]).max(options.range.unwrap_or(0.0) / 6.0);
-    let reach = Reach { range: range as f32, stay: (3.0 / error).clamp(1.0, 2.0) as u8 };
+    let stay = (1.75 / error).min(4.0) as u8;
+    // Fine steps are exact, long ones mend more of what smaller pictures got wrong.
+    let finest = if options.guess { 1.0 } else { (0.25 * error).clamp(0.5, 1.0) as f32 };
+    let reach = Reach { range: range as f32, stay, guess: options.guess, finest };
     let [target, reference] = coarse_to_fine(sides, reach, observer)?;
     report(observer, Stage::Refine, 1.0)?;
     let trusted = [target.trusted, reference.trusted];
