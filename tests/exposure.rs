@@ -65,7 +65,7 @@ impl<'a> Staged<'a> {
         }
         let Pair { forward, reverse, .. } = &self.pair;
         // By the depth alone, so that exposure has no say in what is warped where.
-        let options = WarpOptions { mode: WarpMode::BackwardVoid, ..WarpOptions::default() };
+        let options = WarpOptions { mode: WarpMode::BackwardVoid, ..WarpOptions::paper() };
         warp(photos.target(), photos.reference(), forward, reverse, &options, &mut ()).unwrap()
     }
 
