@@ -128,25 +128,23 @@ impl Smoother {
     #[inline(never)]
     pub fn append(&mut self, from: &Window, kernel: &Kernel, to: &mut Window) {
         let y = to.rows as isize;
-        let mut rows = [(0, 0); MOST + 1];
-        for (i, rows) in (0..).zip(&mut rows[..=kernel.radius]) {
-            let start = |y: isize| from.start(self.mirror.index(y, self.height));
-            *rows = (start(y - i), start(y + i));
-        }
+        let row = |y: isize| from.blocks(self.mirror.index(y, self.height));
         let last = self.line.len() - 1;
-        for (x, out) in self.line[1..last].iter_mut().enumerate() {
-            let mut sum = from.data[rows[0].0 + x].map(|v| v * kernel.weights[0]);
-            for (&weight, &(above, below)) in kernel.weights.iter().zip(&rows[..=kernel.radius]).skip(1) {
-                add(&mut sum, &from.data[above + x], &from.data[below + x], weight);
+        let sums = &mut self.line[1..last];
+        for (sum, middle) in sums.iter_mut().zip(row(y)) {
+            *sum = times(middle, kernel.weights[0]);
+        }
+        for (i, &weight) in (1..).zip(&kernel.weights[1..=kernel.radius]) {
+            for ((sum, above), below) in sums.iter_mut().zip(row(y - i)).zip(row(y + i)) {
+                add(sum, above, below, weight);
             }
-            *out = sum;
         }
         self.mirror_ends(kernel.radius);
         let line: &[f32] = bytemuck::cast_slice(&self.line);
         for (block, out) in to.next().iter_mut().enumerate() {
             let x = BLOCK * (block + 1);
-            let mut sum = load(line, x).map(|v| v * kernel.weights[0]);
-            for (i, &weight) in kernel.weights[..=kernel.radius].iter().enumerate().skip(1) {
+            let mut sum = times(&load(line, x), kernel.weights[0]);
+            for (i, &weight) in (1..).zip(&kernel.weights[1..=kernel.radius]) {
                 let aside = i * self.channels;
                 add(&mut sum, &load(line, x - aside), &load(line, x + aside), weight);
             }
@@ -166,17 +164,26 @@ impl Smoother {
 }
 
 #[inline(always)]
+fn times(v: &Block, weight: f32) -> Block {
+    [v[0] * weight, v[1] * weight, v[2] * weight, v[3] * weight]
+}
+
+#[inline(always)]
 fn add(sum: &mut Block, a: &Block, b: &Block, weight: f32) {
-    for ((sum, &a), &b) in sum.iter_mut().zip(a).zip(b) {
-        *sum += (a + b) * weight;
-    }
+    // Written out, so that the sums stay in registers.
+    *sum = [
+        sum[0] + (a[0] + b[0]) * weight,
+        sum[1] + (a[1] + b[1]) * weight,
+        sum[2] + (a[2] + b[2]) * weight,
+        sum[3] + (a[3] + b[3]) * weight,
+    ];
 }
 
 /// A block from any place of a row; zeros past its end.
 #[inline(always)]
 fn load(row: &[f32], x: usize) -> Block {
-    match row.get(x..).and_then(|rest| rest.first_chunk::<BLOCK>()) {
-        Some(v) => bytemuck::cast(*v),
-        None => Block::default(),
+    match row.get(x..x + BLOCK).map(|row| row.as_chunks().0) {
+        Some(&[a, b, c, d]) => [a, b, c, d].map(f32x4::new),
+        _ => Block::default(),
     }
 }

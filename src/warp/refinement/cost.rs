@@ -181,7 +181,8 @@ impl<'a> CostRows<'a> {
     fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize) -> [[u8; LANES]; LABELS] {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];
-        let load_from = |row: &[u8], at: usize| i8x16::new(lanes(row, at).map(|v| (v ^ 0x80) as i8));
+        let sign = i8x16::splat(i8::MIN);
+        let load_from = |row: &[u8], at: usize| bytemuck::cast::<[u8; LANES], i8x16>(lanes(row, at)) ^ sign;
         let middle = load_from(from[RADIUS], first);
         for (darker, row) in darker.iter_mut().zip(from) {
             for (dx, darker) in darker.iter_mut().enumerate() {
@@ -198,7 +199,7 @@ impl<'a> CostRows<'a> {
                     count -= middle.cmp_gt(i8x16::new(lanes(row, first + dx - RADIUS))) ^ darker;
                 }
             }
-            count.to_array().map(|v| v as u8)
+            bytemuck::cast(count)
         })
     }
 }
