@@ -9,9 +9,9 @@ use crate::{Error, Stage};
 
 #[wasm_bindgen]
 extern "C" {
-    /// The clock of browsers, workers and Node; an error where there is none.
-    #[wasm_bindgen(js_namespace = performance, catch)]
-    fn now() -> Result<f64, JsValue>;
+    /// The clock that browsers, workers and Node have.
+    #[wasm_bindgen(js_namespace = performance)]
+    fn now() -> f64;
 }
 
 /// Calls `onProgress(stage, fraction)`. Where the callback returns `false` or throws, the call is stopped.
@@ -41,6 +41,6 @@ impl Observer for JsObserver {
     }
 
     fn now(&mut self) -> f64 {
-        now().unwrap_or(0.0)
+        now()
     }
 }
