@@ -2,7 +2,7 @@
 import { createHash } from "node:crypto";
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { bin, cargoEnv, isMain, npmBin, output, root, run, toolsDir } from "./shared.mjs";
+import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from "./shared.mjs";
 
 const dist = join(root, "dist");
 const wasmDir = join(dist, "wasm");
@@ -28,10 +28,51 @@ const wasmFeatures = [
 
 /** @type {WasmModule[]} */
 const modules = [
-  // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
-  { name: "depthstitch", cargo: [], opt: ["-Oz", "--one-caller-inline-max-function-size=40"] },
-  { name: "codecs", cargo: ["--no-default-features", "--features", "codecs"], opt: ["-Oz"] },
+  {
+    name: "depthstitch",
+    cargo: [],
+    opt: [
+      "-Oz",
+      "--converge",
+      // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
+      "--one-caller-inline-max-function-size=40",
+      // The lowest kilobyte is the last of the stack: no pointer wraps around to it.
+      "--low-memory-unused",
+      // What is alike lies together, where gzip sees it.
+      "--reorder-functions-by-name",
+    ],
+  },
+  {
+    name: "codecs",
+    cargo: ["--no-default-features", "--features", "codecs"],
+    opt: ["-Oz"],
+  },
 ];
+
+/**
+ * What is shipped is downloaded: loops that count are written with lanes by hand, and LLVM is kept from doing the same
+ * to all others. That and panics without the names of source files take a quarter off the core. The compiler is pinned
+ * in rust-toolchain.toml, so that its unstable flags can be relied on.
+ */
+const wasmEnv = {
+  ...cargoEnv,
+  RUSTC_BOOTSTRAP: "1",
+  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: [
+    simd,
+    "-Cno-vectorize-loops",
+    "-Cno-vectorize-slp",
+    ...[
+      "inline-threshold=50",
+      "unroll-threshold=40",
+      "unroll-runtime=false",
+      "unroll-allow-partial=false",
+      "enable-pre=false",
+      "enable-load-pre=false",
+    ].map((option) => `-Cllvm-args=-${option}`),
+    "-Zlocation-detail=none",
+    "-Zfmt-debug=none",
+  ].join(" "),
+};
 
 /** The version of the wasm-bindgen crate, which its command line tool must have too. */
 function bindgenVersion() {
@@ -88,7 +129,7 @@ function unlessFresh(name, inputs, outputs, make) {
 function buildWasm({ name, cargo, opt }) {
   const target = "wasm32-unknown-unknown";
   run("cargo", ["build", "--profile", "wasm", "--lib", "--target", target, ...cargo], {
-    env: cargoEnv,
+    env: wasmEnv,
   });
   const built = join(root, "target", target, "wasm", "depthstitch.wasm");
   const final = join(wasmDir, `${name}_bg.wasm`);
@@ -102,14 +143,19 @@ function buildWasm({ name, cargo, opt }) {
     run(bin("wasm-bindgen"), [built, "--out-dir", wasmDir, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);
     cpSync(final, raw);
-    run(process.execPath, [
-      npmBin("binaryen", "wasm-opt"),
-      raw,
-      "-o",
-      final,
-      ...opt,
-      ...wasmFeatures,
-    ]);
+    /** @param {string} from @param {string[]} options */
+    const wasmOpt = (from, options) =>
+      run(process.execPath, [
+        npmBin("binaryen", "wasm-opt"),
+        from,
+        "-o",
+        final,
+        ...options,
+        ...wasmFeatures,
+      ]);
+    // The names are needed until the end, and not beyond.
+    wasmOpt(raw, [...opt, "--debuginfo"]);
+    wasmOpt(final, ["--strip-debug"]);
   });
 }
 
@@ -118,7 +164,6 @@ const flags = [
   "web",
   // The package says itself where its wasm is.
   "--omit-default-module-path",
-  "--remove-name-section",
   "--remove-producers-section",
   "--ts-typed-array-buffers",
   // Lets a call work after one before it trapped.

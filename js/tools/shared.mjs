@@ -24,22 +24,11 @@ export function npmBin(name, command) {
   return join(folder, typeof bin === "string" ? bin : bin[command]);
 }
 
-/**
- * Every wasm build and test of this package has SIMD. What is hot is written with lanes by hand; left to itself, LLVM
- * does the same to every other loop, and makes the core a fifth larger for nothing that a stopwatch shows.
- */
-const rustflags = [
-  "-Ctarget-feature=+simd128",
-  "-Cno-vectorize-loops",
-  "-Cno-vectorize-slp",
-  "-Cllvm-args=-inline-threshold=80",
-  "-Cllvm-args=-unroll-runtime=false",
-  "-Cllvm-args=-unroll-allow-partial=false",
-  "-Cllvm-args=-unroll-threshold=60",
-];
+/** Every wasm build and test of this package has SIMD. */
+export const simd = "-Ctarget-feature=+simd128";
 
 export const cargoEnv = {
-  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: rustflags.join(" "),
+  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: simd,
   CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bin("wasm-bindgen-test-runner"),
 };
 

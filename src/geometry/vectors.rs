@@ -36,7 +36,7 @@ pub(super) fn cofactors(m: &Matrix) -> Matrix {
 }
 
 /// a + k·b in place of a.
-#[inline]
+#[inline(never)]
 pub(super) fn add(a: &mut [f64], k: f64, b: &[f64]) {
     a.iter_mut().zip(b).for_each(|(a, b)| *a += k * b);
 }

@@ -9,9 +9,9 @@ use crate::{Error, Stage};
 
 #[wasm_bindgen]
 extern "C" {
-    /// The clock that browsers, workers and Node have.
-    #[wasm_bindgen(js_namespace = performance)]
-    fn now() -> f64;
+    /// The clock of browsers, workers and Node.
+    #[wasm_bindgen(thread_local_v2, js_name = performance)]
+    static PERFORMANCE: web_sys::Performance;
 }
 
 /// Calls `onProgress(stage, fraction)`. Where the callback returns `false` or throws, the call is stopped.
@@ -41,6 +41,6 @@ impl Observer for JsObserver {
     }
 
     fn now(&mut self) -> f64 {
-        now()
+        PERFORMANCE.with(web_sys::Performance::now)
     }
 }
