@@ -35,7 +35,9 @@ const modules = [
       "-Oz",
       "--converge",
       // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
-      "--one-caller-inline-max-function-size=40",
+      "--one-caller-inline-max-function-size=12",
+      "--always-inline-max-function-size=0",
+      "--flexible-inline-max-function-size=0",
       // The lowest kilobyte is the last of the stack: no pointer wraps around to it.
       "--low-memory-unused",
       // What is alike lies together, where gzip sees it.
@@ -64,6 +66,7 @@ const wasmEnv = {
     ...[
       "inline-threshold=50",
       "unroll-threshold=40",
+      "unroll-full-max-count=8",
       "unroll-runtime=false",
       "unroll-allow-partial=false",
       "enable-pre=false",
