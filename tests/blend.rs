@@ -1,21 +1,14 @@
 //! Seam and blending of pictures made by formula.
 #![allow(clippy::unwrap_used)]
 
+mod pictures;
+
 use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-use depthstitch::observer::Observer;
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, ImageView, Mask, Result, Stage};
+use pictures::{Watch, picture, pixels};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
-
-fn pixels(image: &Image) -> &[[u8; 4]] {
-    image.data.as_chunks().0
-}
-
-fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
-    let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();
-    Image { data, width, height }
-}
 
 /// Smooth, with something to see everywhere.
 fn texture(x: usize, y: usize) -> [u8; 3] {
@@ -208,30 +201,16 @@ fn odd_shapes_are_no_trouble() {
     }
 }
 
-#[derive(Default)]
-struct Watch {
-    seen: Vec<f32>,
-    stop_at: Option<f32>,
-}
-
-impl Observer for Watch {
-    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        assert_eq!(stage, Stage::Blend);
-        self.seen.push(fraction);
-        self.stop_at.is_none_or(|limit| fraction < limit)
-    }
-}
-
 #[test]
 fn reports_progress_and_stops_when_told() {
     let (warped, other) = (stage(overlapping, texture), reference(|x, y| texture(x + 1, y)));
     for options in ways() {
-        let mut watch = Watch::default();
+        let mut watch = Watch::new(Stage::Blend);
         blend(&warped, other.view(), None, &options, &mut watch).unwrap();
         assert!(watch.seen.is_sorted(), "{options:?}: {:?}", watch.seen);
         assert_eq!((watch.seen.first(), watch.seen.last()), (Some(&0.0), Some(&1.0)));
         for limit in [0.0, 0.1, 0.3, 0.7] {
-            let mut watch = Watch { stop_at: Some(limit), ..Watch::default() };
+            let mut watch = Watch::until(Stage::Blend, limit);
             let stopped = blend(&warped, other.view(), None, &options, &mut watch);
             assert_eq!(stopped, Err(Error::Aborted.into()), "{options:?} at {limit}");
         }

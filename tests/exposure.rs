@@ -1,11 +1,13 @@
 //! Exposure compensation of rendered pairs, against the light that was taken away.
 #![allow(clippy::unwrap_used)]
 
+mod pictures;
 mod scene;
 
 use depthstitch::Image;
 use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
+use pictures::pixels;
 use scene::{Camera, MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -82,10 +84,6 @@ impl<'a> Staged<'a> {
         let (width, height) = (warped.image.width, warped.image.height);
         Image { data: scene.view(camera, width, height, true).rgba, width, height }
     }
-}
-
-fn pixels(image: &Image) -> &[[u8; 4]] {
-    image.data.as_chunks().0
 }
 
 /// In dB, over the valid pixels of `image`.

@@ -5,24 +5,15 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
+mod pictures;
 mod scene;
 
 use depthstitch::image::DepthKind;
 use depthstitch::mosaic::{BlendOptions, FillMethod, FillOptions, Guide, blend, fill};
-use depthstitch::observer::Observer;
 use depthstitch::warp::{WarpOptions, warp};
 use depthstitch::{Error, Image, InverseDepth, Mask, Stage};
+use pictures::{Watch, mask, picture};
 use scene::{Camera, MatchOptions, Photos, Random, Scene, gallery};
-
-fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
-    let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();
-    Image { data, width, height }
-}
-
-fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) -> Mask {
-    let data = (0..width * height).map(|i| if inside(i % width, i / width) { 255 } else { 0 }).collect();
-    Mask { data, width, height }
-}
 
 fn map(width: usize, height: usize, depth: impl Fn(usize, usize) -> f32) -> InverseDepth {
     let raw: Vec<f32> = (0..width * height).map(|i| depth(i % width, i / width)).collect();
@@ -243,20 +234,6 @@ fn the_result_is_always_the_same() {
 
 const EXPECTED: u64 = 0x4414bb76d194d974;
 
-#[derive(Default)]
-struct Watch {
-    seen: Vec<f32>,
-    stop_at: Option<f32>,
-}
-
-impl Observer for Watch {
-    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        assert_eq!(stage, Stage::Fill);
-        self.seen.push(fraction);
-        self.stop_at.is_none_or(|limit| fraction < limit)
-    }
-}
-
 #[test]
 fn reports_progress_and_stops_when_told() {
     let (image, voids, guide) = edge();
@@ -265,12 +242,12 @@ fn reports_progress_and_stops_when_told() {
         let result = fill(&mut image, &voids, Some(&guide), &any_width(), watch);
         (image, result)
     };
-    let mut watch = Watch::default();
+    let mut watch = Watch::new(Stage::Fill);
     run(&mut watch).1.unwrap();
     assert!(watch.seen.len() >= 4 && watch.seen.is_sorted(), "{:?}", watch.seen);
     assert_eq!((watch.seen[0], watch.seen[watch.seen.len() - 1]), (0.0, 1.0));
     for stop_at in [0.0, 0.3, 1.0] {
-        let (image_after, result) = run(&mut Watch { stop_at: Some(stop_at), ..Watch::default() });
+        let (image_after, result) = run(&mut Watch::until(Stage::Fill, stop_at));
         assert_eq!(result, Err(Error::Aborted.into()));
         assert!(stop_at == 1.0 || image_after == image);
     }

@@ -5,26 +5,13 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
+mod pictures;
+
 use depthstitch::mosaic::{FillMethod, FillOptions, fill};
-use depthstitch::observer::Observer;
 use depthstitch::{Error, Image, Mask, Stage};
+use pictures::{Watch, mask, picture, pixels};
 
 const EMPTY: [u8; 4] = [0; 4];
-
-fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
-    let data =
-        (0..height).flat_map(|y| (0..width).flat_map(move |x| [(x, y)])).flat_map(|(x, y)| pixel(x, y)).collect();
-    Image { data, width, height }
-}
-
-fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) -> Mask {
-    let data = (0..width * height).map(|i| if inside(i % width, i / width) { 255 } else { 0 }).collect();
-    Mask { data, width, height }
-}
-
-fn pixels(image: &Image) -> &[[u8; 4]] {
-    image.data.as_chunks().0
-}
 
 fn smooth(radius: u32) -> FillOptions {
     FillOptions { method: FillMethod::Smooth, radius, ..Default::default() }
@@ -180,30 +167,16 @@ fn mirroring_commutes_with_filling() {
     assert!(result.data.iter().zip(&other.data).all(|(a, b)| a.abs_diff(*b) <= 1));
 }
 
-#[derive(Default)]
-struct Watch {
-    seen: Vec<f32>,
-    stop_at: Option<f32>,
-}
-
-impl Observer for Watch {
-    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        assert_eq!(stage, Stage::Fill);
-        self.seen.push(fraction);
-        self.stop_at.is_none_or(|limit| fraction < limit)
-    }
-}
-
 #[test]
 fn reports_progress_and_stops_when_told() {
     let photo = picture(200, 200, |x, y| [x as u8, y as u8, 0, 255]);
     let voids = disc(200, 200, 80);
-    let (mut image, mut watch) = (photo.clone(), Watch::default());
+    let (mut image, mut watch) = (photo.clone(), Watch::new(Stage::Fill));
     fill(&mut image, &voids, None, &smooth(5), &mut watch).unwrap();
     assert!(watch.seen.len() >= 4 && watch.seen.is_sorted());
     assert_eq!((watch.seen[0], watch.seen[watch.seen.len() - 1]), (0.0, 1.0));
 
-    let (mut image, mut watch) = (photo.clone(), Watch { stop_at: Some(0.4), ..Watch::default() });
+    let (mut image, mut watch) = (photo.clone(), Watch::until(Stage::Fill, 0.4));
     let result = fill(&mut image, &voids, None, &smooth(5), &mut watch);
     assert_eq!(result, Err(Error::Aborted.into()));
     assert_eq!(image, photo);

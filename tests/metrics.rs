@@ -5,15 +5,12 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
+mod pictures;
+
 use depthstitch::metrics::{Quality, quality};
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, Mask};
-
-fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
-    let data =
-        (0..height).flat_map(|y| (0..width).flat_map(move |x| [(x, y)])).flat_map(|(x, y)| pixel(x, y)).collect();
-    Image { data, width, height }
-}
+use pictures::picture;
 
 fn warped(image: Image, offset: (usize, usize)) -> Warped {
     let footprint = Mask { data: vec![255; image.width * image.height], width: image.width, height: image.height };

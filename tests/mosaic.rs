@@ -5,25 +5,13 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
+mod pictures;
+
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, Mask};
+use pictures::{mask, picture, pixels};
 
 const EMPTY: [u8; 4] = [0; 4];
-
-fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
-    let data =
-        (0..height).flat_map(|y| (0..width).flat_map(move |x| [(x, y)])).flat_map(|(x, y)| pixel(x, y)).collect();
-    Image { data, width, height }
-}
-
-fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) -> Mask {
-    let data = (0..width * height).map(|i| if inside(i % width, i / width) { 255 } else { 0 }).collect();
-    Mask { data, width, height }
-}
-
-fn pixels(image: &Image) -> &[[u8; 4]] {
-    image.data.as_chunks().0
-}
 
 mod blending {
     #[cfg(target_arch = "wasm32")]

@@ -1,0 +1,44 @@
+//! Pictures and masks by formula, and an observer that remembers.
+#![allow(dead_code)] // each test uses its own part
+
+use depthstitch::observer::Observer;
+use depthstitch::{Image, Mask, Stage};
+
+pub fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
+    let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();
+    Image { data, width, height }
+}
+
+pub fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) -> Mask {
+    let data = (0..width * height).map(|i| if inside(i % width, i / width) { 255 } else { 0 }).collect();
+    Mask { data, width, height }
+}
+
+pub fn pixels(image: &Image) -> &[[u8; 4]] {
+    image.data.as_chunks().0
+}
+
+/// Follows a call of one stage, and stops it at a fraction.
+pub struct Watch {
+    stage: Stage,
+    pub seen: Vec<f32>,
+    stop_at: Option<f32>,
+}
+
+impl Watch {
+    pub fn new(stage: Stage) -> Self {
+        Self { stage, seen: Vec::new(), stop_at: None }
+    }
+
+    pub fn until(stage: Stage, fraction: f32) -> Self {
+        Self { stop_at: Some(fraction), ..Self::new(stage) }
+    }
+}
+
+impl Observer for Watch {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        assert_eq!(stage, self.stage);
+        self.seen.push(fraction);
+        self.stop_at.is_none_or(|limit| fraction < limit)
+    }
+}
