@@ -73,7 +73,6 @@ const wasmEnv = {
       "enable-load-pre=false",
     ].map((option) => `-Cllvm-args=-${option}`),
     "-Zlocation-detail=none",
-    "-Zfmt-debug=none",
   ].join(" "),
 };
 
