@@ -139,7 +139,7 @@ impl Pass {
         let order = |i: usize| if backwards { w - 1 - i } else { i };
         for i in 0..w {
             let x = order(i);
-            let cost = u8x16::new(costs[x]);
+            let cost = costs[x];
             let (value, own) = (gray[x], isize::from(middle[x]));
             let (shift, penalty) = match x_beside {
                 Some(q) => (own - isize::from(middle[q]), penalties[gray[q].abs_diff(value) as usize]),
