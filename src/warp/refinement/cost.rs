@@ -164,7 +164,7 @@ impl<'a> CostRows<'a> {
                 *outside = rays.set(i, &search.motion(x + i, y), f32::from(middle) - HALF as f32, most);
             }
             // Nothing is seen there, and nothing is made of what was seen before.
-            if false && outside.iter().all(|&outside| outside == NOWHERE) {
+            if outside.iter().all(|&outside| outside == NOWHERE) {
                 continue;
             }
             let [mut u, mut v, du, dv] = rays.0;
