@@ -149,10 +149,14 @@ impl Pass {
         let mut beside = 0u128;
         let mut beside_at = None;
         // On the side that was passed, straight, on the side to come.
-        let mut near = [(BORDER, 0, 0), (BORDER, 0, 0), look(0)];
-        for i in 0..w {
-            near = [near[1], near[2], look(i + 1)];
-            let x = order(i);
+        let mut near = [(BORDER, 0, 0); 3];
+        for i in 0..=w {
+            near = [near[1], near[2], look(i)];
+            // The one before, now that the one after it is known.
+            let x = order(i.wrapping_sub(1));
+            if x >= w {
+                continue;
+            }
             let (cost, value, own) = (costs[x], gray[x], i32::from(middle[x]));
             let penalty = |gray: u8| u8x16::splat(penalties[gray.abs_diff(value) as usize]);
             let (middle, gray) = beside_at.unwrap_or((own, value));

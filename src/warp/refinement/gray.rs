@@ -76,13 +76,9 @@ impl Corners {
         let (width, height) = (gray.width, gray.height);
         let mut data: Vec<i32> = zeroed(width * height)?;
         for (y, out) in (0..).zip(data.chunks_exact_mut(width)) {
-            let [mut above, mut below] = [y, y + 1].map(|y| gray.row(y)[MARGIN..].iter().map(|&v| i32::from(v)));
-            let mut next = || Some(above.next()? | below.next()? << 16);
-            let mut left = next().unwrap_or_default();
-            for out in out {
-                let right = next().unwrap_or_default();
-                *out = left | right << 8;
-                left = right;
+            let [above, below] = [y, y + 1].map(|y| gray.row(y)[MARGIN..].windows(2));
+            for ((out, a), b) in out.iter_mut().zip(above).zip(below) {
+                *out = i32::from_le_bytes([a[0], a[1], b[0], b[1]]);
             }
         }
         Ok(Self { data, width, height })

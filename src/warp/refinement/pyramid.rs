@@ -6,7 +6,7 @@ use super::continuation::continued;
 use super::cost::{HALF, Search};
 use super::gray::{Gray, MARGIN};
 use super::motion::Field;
-use crate::image::zeroed;
+use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
@@ -76,24 +76,32 @@ impl<'a> Side<'a> {
                     let difference = usize::from(rows[i / 2].0[columns[i % 2]].abs_diff(*value));
                     4 * (difference + 2 * (i / 2 + i % 2)) + i
                 };
-                let best = rank(0).min(rank(1)).min(rank(2)).min(rank(3)) % 4;
+                let best = (0..4).fold(usize::MAX, |best, i| best.min(rank(i))) % 4;
                 *out = rows[best / 2].1[columns[best % 2]];
             }
         }
         Ok(shifts)
     }
 
-    /// Makes the inverse depth of the corrections at `level`.
+    /// Takes on corrections for `level`.
+    fn correct(&mut self, level: usize, shifts: Vec<f32>) -> Result<()> {
+        self.depth = Vec::new();
+        reserve(&mut self.depth, shifts.len())?;
+        self.depth.resize(shifts.len(), f32::NAN);
+        self.shifts = shifts;
+        self.apply(level);
+        Ok(())
+    }
+
+    /// Makes the inverse depth of the corrections at `level`, where there is none yet.
     #[inline(never)]
-    fn apply(&mut self, level: usize) -> Result<()> {
+    fn apply(&mut self, level: usize) {
         let width = self.pyramid[level].width;
-        self.depth = zeroed(self.shifts.len())?;
         for (y, (out, shifts)) in self.depth.chunks_exact_mut(width).zip(self.shifts.chunks_exact(width)).enumerate() {
-            for (x, (out, &shift)) in out.iter_mut().zip(shifts).enumerate() {
+            for (x, (out, &shift)) in out.iter_mut().zip(shifts).enumerate().filter(|(_, (out, _))| out.is_nan()) {
                 *out = self.field.moved(x, y, 1 << level, shift);
             }
         }
-        Ok(())
     }
 }
 
@@ -143,10 +151,7 @@ pub(super) fn coarse_to_fine(
             done += share(level);
         }
         for (side, found) in sides.iter_mut().zip(found) {
-            side.shifts = found;
-        }
-        for side in &mut sides {
-            side.apply(level)?;
+            side.correct(level, found)?;
         }
         let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
             depth: &side.depth,
@@ -162,18 +167,18 @@ pub(super) fn coarse_to_fine(
             let smooth = continued(&side.field, &side.shifts, &side.trusted, (width, height, scale), reach)?;
             let count = |marks: &[u8]| marks.iter().filter(|&&mark| mark != 0).count();
             let keep = (guess || level == last && stay == 0) && count(&side.trusted) * FEW > count(&agree);
-            for (i, ((shift, smooth), &mark)) in side.shifts.iter_mut().zip(smooth).zip(&agree).enumerate() {
+            let corrected = side.shifts.iter_mut().zip(&mut side.depth);
+            for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&agree) {
                 if *shift != smooth && !(keep && mark != 0) {
-                    *shift = smooth;
-                    side.depth[i] = side.field.moved(i % width, i / width, scale, smooth);
+                    (*shift, *depth) = (smooth, f32::NAN);
                 }
             }
+            side.apply(level);
         }
     }
     if last > 0 {
         for side in &mut sides {
-            side.shifts = side.shifts_at(0)?;
-            side.apply(0)?;
+            side.correct(0, side.shifts_at(0)?)?;
             let (photo, half) = (&side.pyramid[0], &side.pyramid[1]);
             let mut trusted = zeroed(photo.width * photo.height)?;
             for (y, row) in trusted.chunks_exact_mut(photo.width).enumerate() {
