@@ -1,11 +1,11 @@
 //! Semi-global aggregation (Hirschmüller 2008): costs are summed along eight paths on which labels change little.
 
-use wide::{u8x16, u16x8};
+use wide::{i32x4, u8x16, u16x8, u64x2};
 
 use super::cost::{CostRows, Costs, HALF, LABELS, Search};
 use super::gray::MARGIN;
 use crate::Result;
-use crate::image::{reserve, zeroed};
+use crate::image::zeroed;
 
 /// Rows that are finished together. Costs are kept for these and for [`AHEAD`] more, from which the paths that come
 /// from below start.
@@ -17,38 +17,47 @@ const SMALL: u8 = 5;
 /// Penalty for any larger change where brightness is even; it falls to half over ten grey levels.
 const LARGE: f32 = 20.0;
 
-/// Bytes per pixel in a row of path costs: 16 labels, then 16 that are out of reach.
-const CELL: usize = 32;
-
-/// Path costs of a row, each pixel's least taken off.
+/// Path costs of a row for three paths, each pixel's least taken off: bytes that begin with the costs of what is beyond the
+/// border; then for each pixel 16 labels, and as many that are out of reach before and after them.
 struct PathRow(Vec<u8>);
 
+/// Bytes per pixel, and from the start to the labels of the first.
+const CELL: usize = 32;
+const FIRST: usize = 80;
+/// Where the labels beyond the border are: from 16 before to 16 after these all are as good.
+const BORDER: usize = 24;
+/// From this shift on no label is in reach.
+const REACH: u32 = 15;
+
 impl PathRow {
-    fn new(width: usize) -> Result<Self> {
-        let mut row = Vec::new();
-        reserve(&mut row, CELL * width + CELL)?;
-        row.resize(CELL * width + CELL, 0);
-        let mut row = Self(row);
-        row.clear();
-        Ok(row)
+    fn new(width: usize) -> Result<[Self; 3]> {
+        let row = || zeroed(FIRST + CELL * width).map(Self);
+        let mut rows = [row()?, row()?, row()?];
+        rows.iter_mut().for_each(Self::clear);
+        Ok(rows)
     }
 
     /// As before the first row: everything is as good.
     fn clear(&mut self) {
-        self.0.fill(u8::MAX);
-        self.0[CELL - 16..].chunks_exact_mut(CELL).for_each(|cell| cell[..16].fill(0));
+        for cell in self.0[FIRST - 16..].chunks_mut(CELL) {
+            let (beyond, labels) = cell.split_at_mut(16);
+            beyond.fill(u8::MAX);
+            labels.fill(0);
+        }
     }
 
-    /// 16 labels of pixel `x` from label `shift` on.
+    /// The labels of the cell at `at`, those one below and those one above, all from label `shift` on.
     #[inline(always)]
-    fn load(&self, x: usize, shift: isize) -> u8x16 {
-        let at = (CELL - 16 + CELL * x).wrapping_add_signed(shift);
-        u8x16::new(self.0.get(at..).and_then(|row| row.first_chunk::<16>()).copied().unwrap_or([u8::MAX; 16]))
+    fn load(&self, at: usize, shift: i32) -> [u8x16; 3] {
+        let from = if shift.unsigned_abs() < REACH { at.wrapping_add_signed(shift as isize - 1) } else { self.0.len() };
+        match self.0.get(from..).and_then(<[u8]>::first_chunk::<18>) {
+            Some(labels) => [1, 0, 2].map(|from| u8x16::new(labels[from..].first_chunk().copied().unwrap_or_default())),
+            None => [u8x16::splat(u8::MAX); 3],
+        }
     }
 
     #[inline(always)]
-    fn store(&mut self, x: usize, value: u8x16) {
-        let at = CELL - 16 + CELL * x;
+    fn store(&mut self, at: usize, value: u8x16) {
         if let Some(cell) = self.0.get_mut(at..at + 16) {
             cell.copy_from_slice(&value.to_array());
         }
@@ -68,10 +77,8 @@ pub(super) fn aggregate(search: &Search<'_>, progress: &mut dyn FnMut(f32) -> Re
         std::array::from_fn(|difference| (LARGE / (1.0 + difference as f32 / 10.0)).max(1.5 * f32::from(SMALL)) as u8);
     let rows = h.min(BAND + AHEAD);
     let mut costs: Vec<Costs> = zeroed(rows * w)?;
-    let mut sums: Vec<[u8x16; 2]> = Vec::new();
-    reserve(&mut sums, h.min(BAND) * w)?;
-    sums.resize(h.min(BAND) * w, [u8x16::splat(0); 2]);
-    let mut from_below = vec![[u8x16::splat(0); 2]; w];
+    let mut sums: Vec<[u8x16; 2]> = zeroed(h.min(BAND) * w)?;
+    let mut from_below: Vec<[u8x16; 2]> = zeroed(w)?;
     let mut best: Vec<f32> = zeroed(w * h)?;
     let mut source = CostRows::new(search)?;
     let (mut down, mut up) = (Pass::new(w)?, Pass::new(w)?);
@@ -108,8 +115,7 @@ pub(super) fn aggregate(search: &Search<'_>, progress: &mut dyn FnMut(f32) -> Re
 
 impl Pass {
     fn new(width: usize) -> Result<Self> {
-        let row = || PathRow::new(width);
-        Ok(Self { before: [row()?, row()?, row()?], now: [row()?, row()?, row()?] })
+        Ok(Self { before: PathRow::new(width)?, now: PathRow::new(width)? })
     }
 
     fn clear(&mut self) {
@@ -133,56 +139,38 @@ impl Pass {
         let gray = |y: usize| &search.from.row(y as isize)[MARGIN..][..w];
         let middle = |y: usize| &search.middle[y * w..][..w];
         let (gray, gray_before, middle, middle_before) = (gray(y), gray(before_y), middle(y), middle(before_y));
-        let small = u8x16::splat(SMALL);
-        let mut beside = 0u128;
-        let mut x_beside = None::<usize>;
-        let order = |i: usize| if backwards { w - 1 - i } else { i };
-        for i in 0..w {
+        let (costs, sums) = (&costs[..w], &mut sums[..w]);
+        let order = |i: usize| if backwards { (w - 1).wrapping_sub(i) } else { i };
+        // Where the labels of a pixel of the row before are, its middle label and its brightness.
+        let look = |i: usize| {
             let x = order(i);
-            let cost = u8x16::new(costs[x]);
-            let (value, own) = (gray[x], isize::from(middle[x]));
-            let (shift, penalty) = match x_beside {
-                Some(q) => (own - isize::from(middle[q]), penalties[gray[q].abs_diff(value) as usize]),
-                None => (0, penalties[0]),
-            };
-            let previous = shifted(beside, shift);
-            let next = extended(
-                cost,
-                bytemuck::cast(previous),
-                bytemuck::cast(previous << 8 | 0xff),
-                bytemuck::cast(previous >> 8 | 0xff << 120),
-                small,
-                u8x16::splat(penalty),
-            );
-            beside = bytemuck::cast(next);
-            x_beside = Some(x);
-            let mut paths = [next; 4];
-            for (d, (before, now)) in self.before.iter().zip(&mut self.now).enumerate() {
-                // 0, 1 and 2: from the side that was passed, straight, from the side to come.
-                let q = match d {
-                    1 => Some(x),
-                    0 => i.checked_sub(1).map(order),
-                    _ => (i + 1 < w).then(|| order(i + 1)),
-                };
-                let next = match q {
-                    Some(q) => {
-                        let shift = own - isize::from(middle_before[q]);
-                        let penalty = penalties[gray_before[q].abs_diff(value) as usize];
-                        let load =
-                            |k: isize| if shift.abs() < 15 { before.load(q, shift + k) } else { u8x16::splat(u8::MAX) };
-                        extended(cost, load(0), load(-1), load(1), small, u8x16::splat(penalty))
-                    }
-                    None => extended(
-                        cost,
-                        u8x16::splat(0),
-                        u8x16::splat(0),
-                        u8x16::splat(0),
-                        small,
-                        u8x16::splat(penalties[0]),
-                    ),
-                };
-                now.store(x, next);
-                paths[d + 1] = next;
+            if x < w { (FIRST + CELL * x, i32::from(middle_before[x]), gray_before[x]) } else { (BORDER, 0, 0) }
+        };
+        let mut beside = 0u128;
+        let mut beside_at = None;
+        // On the side that was passed, straight, on the side to come.
+        let mut near = [(BORDER, 0, 0); 3];
+        for i in 0..=w {
+            near = [near[1], near[2], look(i)];
+            // The one before, now that the one after it is known.
+            let x = order(i.wrapping_sub(1));
+            if x >= w {
+                continue;
+            }
+            let (cost, value, own) = (costs[x], gray[x], i32::from(middle[x]));
+            let penalty = |gray: u8| u8x16::splat(penalties[gray.abs_diff(value) as usize]);
+            let (middle, gray) = beside_at.unwrap_or((own, value));
+            beside_at = Some((own, value));
+            let previous = shifted(beside, own - middle);
+            let neighbours = [previous, previous << 8 | 0xff, previous >> 8 | 0xff << 120].map(bytemuck::cast);
+            let mut paths = [extended(cost, neighbours, penalty(gray)); 4];
+            for ((path, before), (at, middle, gray)) in paths[1..].iter_mut().zip(&self.before).zip(near) {
+                *path = extended(cost, before.load(at, own - middle), penalty(gray));
+            }
+            let paths = lowered(paths);
+            beside = bytemuck::cast(paths[0]);
+            for (now, path) in self.now.iter_mut().zip(&paths[1..]) {
+                now.store(FIRST + CELL * x, *path);
             }
             sums[x] = [paths[0].saturating_add(paths[1]), paths[2].saturating_add(paths[3])];
         }
@@ -192,7 +180,7 @@ impl Pass {
 
 /// Labels counted from `shift` on; those out of reach are 255.
 #[inline(always)]
-fn shifted(labels: u128, shift: isize) -> u128 {
+fn shifted(labels: u128, shift: i32) -> u128 {
     match shift {
         0 => labels,
         1..16 => labels >> (8 * shift) | !(u128::MAX >> (8 * shift)),
@@ -201,16 +189,23 @@ fn shifted(labels: u128, shift: isize) -> u128 {
     }
 }
 
-/// One step along a path: the cost and the least of staying at the label, changing it by one and changing it by more;
-/// less the least of all labels.
+/// One step along a path: the cost and the least of staying at the label, changing it by one and changing it by more.
 #[inline(always)]
-fn extended(cost: u8x16, same: u8x16, lower: u8x16, higher: u8x16, small: u8x16, large: u8x16) -> u8x16 {
-    let next = cost.saturating_add(same.min(lower.min(higher).saturating_add(small)).min(large));
-    let mut least = next;
-    for _ in 0..4 {
-        least = u8x16::unpack_low(least, least).min(u8x16::unpack_high(least, least));
-    }
-    next.saturating_sub(least)
+fn extended(cost: u8x16, [same, lower, higher]: [u8x16; 3], large: u8x16) -> u8x16 {
+    cost.saturating_add(same.min(lower.min(higher).saturating_add(u8x16::splat(SMALL))).min(large))
+}
+
+/// Four paths, each less the least of its labels.
+#[inline(always)]
+fn lowered(paths: [u8x16; 4]) -> [u8x16; 4] {
+    let least = |a, b| u8x16::unpack_low(a, b).min(u8x16::unpack_high(a, b));
+    let [a, b, c, d] = paths;
+    // In turns those of a, c, b and d; then four of each.
+    let all = least(least(a, b), least(c, d));
+    let all = least(all, all);
+    let [ta, tc, tb, td]: [i32; 4] = bytemuck::cast(least(all, all));
+    let lower = |path: u8x16, least: i32| path.saturating_sub(bytemuck::cast(i32x4::splat(least)));
+    [lower(a, ta), lower(b, tb), lower(c, tc), lower(d, td)]
 }
 
 /// Labels in the order in which they win when sums are the same: the middle one first.
@@ -234,13 +229,15 @@ fn winner(pairs: [u8x16; 4]) -> f32 {
     let [low, high]: [u16x8; 2] = bytemuck::cast(ORDER);
     // At most 4·255·16, and the order below it: all fits.
     let ranked = ((sums[0] << 4_i32) | low).min((sums[1] << 4_i32) | high);
-    let order = ranked.to_array().into_iter().fold(u16::MAX, u16::min) & 15;
-    let away = if order % 2 == 0 { i32::from(order / 2) } else { -i32::from(order / 2) - 1 };
-    let sums: [u16; 16] = bytemuck::cast(sums);
-    let sum = |k: i32| f32::from(sums[(k + HALF) as usize & 15]);
+    let fold = |v: u16x8, bits: i32| v.min(bytemuck::cast(bytemuck::cast::<_, u64x2>(v) >> bits));
+    let [a, b]: [u64; 2] = bytemuck::cast(fold(fold(ranked, 32), 16));
+    let order = i32::from((a as u16).min(b as u16) & 15);
+    let away = if order & 1 == 0 { order / 2 } else { -order / 2 - 1 };
     if away.abs() == HALF {
         return away as f32;
     }
+    let sums: [u16; 16] = bytemuck::cast(sums);
+    let sum = |k: i32| i32::from(sums[(k + HALF) as usize & 15]);
     let (l, m, r) = (sum(away - 1), sum(away), sum(away + 1));
-    away as f32 + ((l - r) / (2.0 * (l - 2.0 * m + r)).max(1.0)).clamp(-0.5, 0.5)
+    away as f32 + (l - r) as f32 / (2 * (l - 2 * m + r)).max(1) as f32
 }

@@ -4,12 +4,12 @@ use crate::Result;
 use crate::geometry::Model;
 use crate::image::zeroed;
 
-/// Inverse depth at 1/`scale` of a photo's size.
-pub(super) struct Map {
-    pub data: Vec<f32>,
+/// Inverse depth at 1/`scale` of a photo's size, and the model to the other photo.
+pub(super) struct Map<'a> {
+    pub depth: &'a [f32],
     pub width: usize,
-    pub height: usize,
     pub scale: usize,
+    pub model: &'a Model,
 }
 
 /// How far along and across the epipolar line a pixel may come back from itself, in pixels of the map: depth only has a
@@ -21,32 +21,41 @@ const SEEN: u8 = 1;
 const AGREES: u8 = 255;
 
 /// Marks the pixels of one photo that are [`SEEN`] in the other, or even [`AGREES`].
-pub(super) fn consistent(own: &Map, to: &Model, other: &Map, back: &Model) -> Result<Vec<u8>> {
-    let scale = own.scale as f64;
+#[inline(never)]
+pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
+    let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;
-    let mut agree: Vec<u8> = zeroed(own.data.len())?;
-    for (i, (agree, &d)) in agree.iter_mut().zip(&own.data).enumerate() {
-        let (x, y) = ((i % own.width) as f64 * scale + middle, (i / own.width) as f64 * scale + middle);
-        let Some([u, v]) = to.project(x, y, f64::from(d)) else { continue };
-        let block = |p: f64| ((p - middle) / scale + 0.5).floor();
-        let (bu, bv) = (block(u), block(v));
-        if !(bu >= 0.0 && bv >= 0.0 && bu < other.width as f64 && bv < other.height as f64) {
-            continue;
-        }
-        *agree = SEEN;
-        let there = f64::from(other.data[bv as usize * other.width + bu as usize]);
-        let [bx, by, bw] = back.transform(u, v, there);
-        let inverse = if bw > 0.0 { 1.0 / bw } else { continue };
-        let (bx, by) = (bx * inverse, by * inverse);
-        let (gx, gy) = (back.e[0] - bx * back.e[2], back.e[1] - by * back.e[2]);
-        let (dx, dy) = (bx - x, by - y);
-        let length = (gx * gx + gy * gy).sqrt() * scale;
-        let (along, across) = ((dx * gx + dy * gy).abs(), (dx * gy - dy * gx).abs());
-        if along <= TOLERANCE[0] * length && across <= TOLERANCE[1] * length {
-            *agree = AGREES;
+    let mut agree: Vec<u8> = zeroed(own.depth.len())?;
+    for (y, (agree, depths)) in agree.chunks_exact_mut(own.width).zip(own.depth.chunks_exact(own.width)).enumerate() {
+        let y = y as f64 * scale + middle;
+        for (x, (agree, &d)) in agree.iter_mut().zip(depths).enumerate() {
+            let x = x as f64 * scale + middle;
+            let Some([u, v]) = own.model.project(x, y, f64::from(d)) else { continue };
+            let [bu, bv] = [u, v].map(|p| ((p - middle) * inverse + 0.5).floor());
+            if !(bu >= 0.0 && bv >= 0.0 && bu < other.width as f64) {
+                continue;
+            }
+            let Some(&there) = other.depth.get(bv as usize * other.width + bu as usize) else { continue };
+            *agree = SEEN;
+            let [bx, by, bw] = other.model.transform(u, v, f64::from(there));
+            let third = if bw > 0.0 { 1.0 / bw } else { continue };
+            let (bx, by) = (bx * third, by * third);
+            let (gx, gy) = (other.model.e[0] - bx * other.model.e[2], other.model.e[1] - by * other.model.e[2]);
+            let [dx, dy] = [bx - x, by - y].map(|d| d * inverse);
+            let (along, across) = (dx * gx + dy * gy, dx * gy - dy * gx);
+            let square = gx * gx + gy * gy;
+            if within(along, TOLERANCE[0], square) && within(across, TOLERANCE[1], square) {
+                *agree = AGREES;
+            }
         }
     }
     Ok(agree)
+}
+
+/// Whether a product with a vector of this square is that of no more than `most`.
+#[inline(always)]
+fn within(product: f64, most: f64, square: f64) -> bool {
+    product * product <= most * most * square
 }
 
 /// Half the window of [`solid`].

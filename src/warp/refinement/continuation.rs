@@ -12,8 +12,9 @@ struct Layer {
     height: usize,
     shift: Vec<f32>,
     trusted: Vec<u8>,
-    /// How strongly each pixel holds on to the one to the right, and to the one below.
-    links: Vec<[f32; 2]>,
+    /// How strongly each pixel holds on to the one to the right and to the one below, and by what the sum of all that pulls
+    /// at it is to be multiplied; that is 0 where nothing pulls.
+    links: Vec<[f32; 3]>,
 }
 
 /// The shifts, those that are not trusted replaced by a membrane that is held at the trusted ones, torn where the prior has an
@@ -34,26 +35,24 @@ pub(super) fn continued(
     }
     let mut layers = Vec::new();
     let mut next = Layer { width, height, shift: copy(shifts)?, trusted: copy(trusted)?, links: Vec::new() };
-    let mut edge = EDGE;
+    let (mut edge, mut pixels) = (EDGE, 1.0);
     loop {
-        next.link(&guide, edge)?;
+        next.link(&guide, edge, (pixels / reach) * (pixels / reach))?;
         let more = next.width.min(next.height) > 4;
         let half = if more { Some(next.half(&mut guide)?) } else { None };
         layers.push(next);
         let Some(half) = half else { break };
         next = half;
         edge *= std::f32::consts::SQRT_2;
+        pixels *= 2.0;
     }
-    let mut pixels = (1u64 << (layers.len() - 1)) as f32;
     let mut coarser: Option<Layer> = None;
     while let Some(mut layer) = layers.pop() {
-        let fade = (pixels / reach) * (pixels / reach);
         layer.start(coarser.as_ref());
         // The coarse layers carry far, the finest only smooths.
         for _ in 0..if layers.is_empty() { 1 } else { 3 } {
-            layer.relax(fade);
+            layer.relax();
         }
-        pixels *= 0.5;
         coarser = Some(layer);
     }
     Ok(coarser.map(|layer| layer.shift).unwrap_or_default())
@@ -67,20 +66,30 @@ fn copy<T: Copy>(values: &[T]) -> Result<Vec<T>> {
 }
 
 impl Layer {
-    fn link(&mut self, guide: &[f32], edge: f32) -> Result<()> {
+    #[inline(never)]
+    fn link(&mut self, guide: &[f32], edge: f32, fade: f32) -> Result<()> {
         let (w, inverse) = (self.width, 1.0 / (edge * edge));
-        reserve(&mut self.links, guide.len())?;
-        for (at, &here) in guide.iter().enumerate() {
-            let hold = |there: Option<&f32>| {
-                let difference = there.map_or(0.0, |there| there - here);
-                let hold = 1.0 / (1.0 + difference * difference * inverse);
-                if hold > 0.0 { hold } else { 0.0 }
-            };
-            // Between pixels that are both trusted nothing is ever pulled.
-            let pulls = |there: usize| self.trusted.get(there).is_some_and(|there| self.trusted[at] & there == 0);
-            let right = if (at + 1) % w != 0 && pulls(at + 1) { hold(guide.get(at + 1)) } else { 0.0 };
-            let below = if pulls(at + w) { hold(guide.get(at + w)) } else { 0.0 };
-            self.links.push([right, below]);
+        self.links = zeroed(guide.len())?;
+        for y in 0..self.height {
+            let mut left = 0.0;
+            for x in 0..w {
+                let at = y * w + x;
+                let hold = |there: usize| {
+                    // Between pixels that are both trusted nothing is ever pulled.
+                    if self.trusted.get(there).is_none_or(|there| self.trusted[at] & there != 0) {
+                        return 0.0;
+                    }
+                    let difference = guide[there] - guide[at];
+                    let hold = 1.0 / (1.0 + difference * difference * inverse);
+                    if hold > 0.0 { hold } else { 0.0 }
+                };
+                let right = if x + 1 < w { hold(at + 1) } else { 0.0 };
+                let below = hold(at + w);
+                let above = if y > 0 { self.links[at - w][1] } else { 0.0 };
+                let all = if self.trusted[at] == 0 { 1.0 / (right + below + left + above + fade) } else { 0.0 };
+                self.links[at] = [right, below, all];
+                left = right;
+            }
         }
         Ok(())
     }
@@ -124,24 +133,22 @@ impl Layer {
     }
 
     /// One sweep of Gauss and Seidel down, one up.
-    fn relax(&mut self, fade: f32) {
+    #[inline(never)]
+    fn relax(&mut self) {
         let (w, n) = (self.width, self.shift.len());
-        let mut visit = |at: usize| {
-            if self.trusted[at] != 0 {
-                return;
+        for i in 0..2 * n {
+            let at = if i < n { i } else { 2 * n - 1 - i };
+            let [right, below, share] = self.links[at];
+            if share == 0.0 {
+                continue;
             }
-            let [right, below] = self.links[at];
             // Links beyond the border are zero, whatever pixel they seem to lead to.
-            let left = if at > 0 { self.links[at - 1][0] } else { 0.0 };
-            let above = if at >= w { self.links[at - w][1] } else { 0.0 };
-            let value = |at: usize| self.shift.get(at).copied().unwrap_or(0.0);
-            let sum = right * value(at + 1)
-                + below * value(at + w)
-                + left * value(at.wrapping_sub(1))
-                + above * value(at.wrapping_sub(w));
-            self.shift[at] = sum / (right + below + left + above + fade);
-        };
-        (0..n).for_each(&mut visit);
-        (0..n).rev().for_each(&mut visit);
+            let link = |at: usize| self.links.get(at).copied().unwrap_or_default();
+            let value = |at: usize| self.shift.get(at).copied().unwrap_or_default();
+            let (left, above) = (at.wrapping_sub(1), at.wrapping_sub(w));
+            let beside = right * value(at + 1) + link(left)[0] * value(left);
+            let sum = beside + (below * value(at + w) + link(above)[1] * value(above));
+            self.shift[at] = sum * share;
+        }
     }
 }

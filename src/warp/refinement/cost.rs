@@ -1,9 +1,9 @@
 //! Matching cost: how differently two windows order their pixels' brightness (census, Zabih & Woodfill 1994), which
 //! neither exposure nor contrast changes.
 
-use wide::{CmpGt, i8x16, i32x4};
+use wide::{CmpGt, i8x16, i32x4, u8x16};
 
-use super::gray::{FRACTION, Gray, LANES, MARGIN, pad};
+use super::gray::{Corners, FRACTION, Gray, LANES, MARGIN, pad};
 use super::motion::{Field, Motion};
 use crate::Result;
 use crate::image::zeroed;
@@ -12,7 +12,7 @@ use crate::image::zeroed;
 pub(super) const LABELS: usize = 15;
 pub(super) const HALF: i32 = LABELS as i32 / 2;
 /// Costs of the labels of a pixel; the last lane is none.
-pub(super) type Costs = [u8; 16];
+pub(super) type Costs = u8x16;
 
 /// Half the census window.
 const RADIUS: usize = 3;
@@ -25,6 +25,13 @@ const NEVER: u8 = 100;
 const AWAY: f32 = 0.1;
 /// Labels from the prior that the table of their own costs reaches to.
 const TABLE: i32 = 1024;
+
+/// All labels outside the other photo.
+const NOWHERE: u16 = (1 << LABELS) - 1;
+/// The bit of each label, in a byte for the first eight and one for the others.
+const BITS: u8x16 = u8x16::new([1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128]);
+/// The lane that is no label.
+const NONE: u8x16 = u8x16::new([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255]);
 
 /// Everything one search looks at: pixels of one photo, at 1/`scale` of its size, and their places in the other.
 pub(super) struct Search<'a> {
@@ -46,12 +53,11 @@ pub(super) struct Search<'a> {
 /// Makes the costs row by row.
 pub(super) struct CostRows<'a> {
     search: &'a Search<'a>,
+    to: Corners,
     /// The last rows of the other photo as each label sees them.
     seen: Vec<i8>,
     /// Which labels of the last rows lie outside the other photo, one to a bit.
     outside: Vec<u16>,
-    motions: Vec<Motion>,
-    rays: Vec<Rays>,
     /// What a label costs by itself, from -TABLE on.
     own: Vec<u8>,
     /// Rows seen, and rows given out.
@@ -59,33 +65,29 @@ pub(super) struct CostRows<'a> {
     next: usize,
 }
 
-/// The places of four pixels' labels in the other photo, in fixed point.
+/// The places of a block's labels in the other photo, in fixed point: both axes of the first, and from one to the next.
+/// Pixel 4i + q is lane i of vector q.
 #[derive(Clone, Copy, Default)]
-struct Rays {
-    first: [i32x4; 2],
-    step: [i32x4; 2],
-}
+struct Rays([[i32x4; 4]; 4]);
 
 impl Rays {
-    /// Sets pixel `i`, whose labels start at `first`.
+    /// Sets pixel `i`, whose labels start at `first`, and tells which of them lie beyond the first or the last pixel of the
+    /// other photo, one to a bit.
     #[inline(always)]
-    fn set(&mut self, i: usize, motion: &Motion, first: f32) {
+    fn set(&mut self, i: usize, motion: &Motion, first: f32, most: [i32; 2]) -> u16 {
         const ONE: f32 = (1 << FRACTION) as f32;
         // Far outside any photo, and far from an overflow.
         const FAR: f32 = (1 << 29) as f32;
         let fixed = |v: f32| if v.abs() < FAR { v as i32 } else { -(1 << 29) };
-        for axis in 0..2 {
-            let (place, direction) = (motion.place[axis], motion.direction[axis]);
-            self.first[axis].as_array_mut()[i] = fixed((place + first * direction) * ONE);
-            self.step[axis].as_array_mut()[i] = fixed(direction * ONE);
+        let [px, py] = motion.place;
+        let [dx, dy] = motion.direction;
+        let ray = [px + first * dx, py + first * dy, dx, dy].map(|v| fixed(v * ONE));
+        for (vectors, v) in self.0.iter_mut().zip(ray) {
+            bytemuck::cast_mut::<_, [[i32; 4]; 4]>(vectors)[i % 4][i / 4 % 4] = v;
         }
-    }
-
-    /// Which labels of pixel `i` lie beyond the first or the last pixel, one to a bit.
-    #[inline(always)]
-    fn outside(&self, i: usize, most: [i32; 2]) -> u16 {
-        let at = |k: i32, axis: usize| self.first[axis].as_array_ref()[i] + k * self.step[axis].as_array_ref()[i];
-        let inside = |k: i32| (0..2).all(|axis| (0..=most[axis]).contains(&at(k, axis)));
+        let [x, y, dx, dy] = ray;
+        let within = |v: i32, most: i32| (0..=most).contains(&v);
+        let inside = |k: i32| within(x + k * dx, most[0]) && within(y + k * dy, most[1]);
         if inside(0) && inside(LABELS as i32 - 1) {
             return 0;
         }
@@ -95,18 +97,18 @@ impl Rays {
 
 impl<'a> CostRows<'a> {
     pub fn new(search: &'a Search<'a>) -> Result<Self> {
-        let Search { from, step, range, stay, .. } = *search;
+        let Search { from, to, step, range, stay, .. } = *search;
         let own = (-TABLE..=TABLE).map(|label| {
             let distance = (label as f32 * step).abs();
-            let away = (distance * AWAY + 0.5).min(f32::from(NEVER / 2)) as u8;
+            let away = distance * AWAY + 0.5;
+            let away = if away < f32::from(NEVER / 2) { away as u8 } else { NEVER / 2 };
             if distance > range { NEVER } else { away + stay * u8::from(label != 0) }
         });
         Ok(Self {
             search,
+            to: Corners::new(to)?,
             seen: zeroed(ROWS * LABELS * from.stride)?,
-            outside: vec![0; ROWS * from.width],
-            motions: vec![Motion::default(); from.width],
-            rays: vec![Rays::default(); from.width.div_ceil(4)],
+            outside: zeroed(ROWS * from.width)?,
             own: own.collect(),
             ahead: 0,
             next: 0,
@@ -129,19 +131,17 @@ impl<'a> CostRows<'a> {
         for (chunk, ((out, middle), outside)) in
             out.chunks_mut(LANES).zip(middle.chunks(LANES)).zip(outside.chunks(LANES)).enumerate()
         {
-            let census = self.census(&rows, &slots, MARGIN + chunk * LANES);
-            for (i, ((out, &middle), &outside)) in out.iter_mut().zip(middle).zip(outside).enumerate() {
-                let first = (i32::from(middle) - HALF + TABLE) as usize;
-                let own = self.own.get(first..).and_then(|own| own.first_chunk::<16>()).unwrap_or(&[NEVER; 16]);
-                let mut costs: Costs = std::array::from_fn(|k| if k < LABELS { own[k] + census[k][i] } else { NEVER });
-                if outside != 0 {
-                    for (k, cost) in costs.iter_mut().take(LABELS).enumerate() {
-                        if outside >> k & 1 != 0 {
-                            *cost = own[k] + OUTSIDE;
-                        }
-                    }
-                }
-                *out = costs;
+            let mut census = [u8x16::splat(0); LANES];
+            if outside.iter().any(|&outside| outside != NOWHERE) {
+                self.census(&rows, &slots, MARGIN + chunk * LANES, &mut census);
+            }
+            for (((out, middle), &outside), census) in out.iter_mut().zip(middle).zip(outside).zip(census) {
+                let first = (i32::from(*middle) - HALF + TABLE) as usize;
+                let own = self.own.get(first..).and_then(|own| own.first_chunk()).unwrap_or(&[NEVER; 16]);
+                let outside = outside.to_le_bytes().map(|bits| u64::from(bits) * 0x0101_0101_0101_0101);
+                let outside = (bytemuck::cast::<_, u8x16>(outside) & BITS).cmp_eq(BITS);
+                let own = u8x16::new(*own) + outside.blend(u8x16::splat(OUTSIDE), census);
+                *out = NONE.blend(u8x16::splat(NEVER), own);
             }
         }
     }
@@ -149,36 +149,44 @@ impl<'a> CostRows<'a> {
     /// Looks at the next row of the other photo through every label.
     #[inline(never)]
     fn see(&mut self) {
-        let Search { from, to, .. } = *self.search;
+        let search = self.search;
         let y = self.ahead;
         self.ahead += 1;
-        self.search.motions(y, &mut self.motions);
-        let (width, stride) = (from.width, from.stride);
+        let (width, stride) = (search.from.width, search.from.stride);
         let outside = &mut self.outside[slot(y) * width..][..width];
-        let middle = &self.search.middle[y * width..][..width];
-        let most = [to.width, to.height].map(|side| ((side - 1) as i32) << FRACTION);
-        for (x, ((motion, &middle), outside)) in self.motions.iter().zip(middle).zip(outside).enumerate() {
-            let rays = &mut self.rays[x / 4];
-            rays.set(x % 4, motion, f32::from(middle) - HALF as f32);
-            *outside = rays.outside(x % 4, most);
-        }
         let seen = &mut self.seen[slot(y) * LABELS * stride..][..LABELS * stride];
-        let bias = i32x4::splat(0x80);
-        for (row, k) in seen.chunks_exact_mut(stride).zip(0..) {
-            let k = i32x4::splat(k);
-            for (seen, rays) in row[MARGIN..].chunks_exact_mut(4).zip(&self.rays) {
-                let [u, v] = [0, 1].map(|axis| rays.first[axis] + k * rays.step[axis]);
-                let value = to.sample(u, v) ^ bias;
-                seen.iter_mut().zip(value.to_array()).for_each(|(seen, value)| *seen = value as i8);
+        let middle = &search.middle[y * width..][..width];
+        let most = self.to.most();
+        let mut rays = Rays::default();
+        for (block, (middle, outside)) in middle.chunks(LANES).zip(outside.chunks_mut(LANES)).enumerate() {
+            let x = block * LANES;
+            for (i, (&middle, outside)) in middle.iter().zip(outside.iter_mut()).enumerate() {
+                *outside = rays.set(i, &search.motion(x + i, y), f32::from(middle) - HALF as f32, most);
             }
-            pad(row, width);
+            // Nothing is seen there, and nothing is made of what was seen before.
+            if outside.iter().all(|&outside| outside == NOWHERE) {
+                continue;
+            }
+            let [mut u, mut v, du, dv] = rays.0;
+            for row in seen.chunks_exact_mut(stride) {
+                let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
+                for q in 0..4 {
+                    four = four ^ self.to.sample(u[q], v[q]) << (8 * q as i32);
+                    u[q] += du[q];
+                    v[q] += dv[q];
+                }
+                if let Some(row) = row[MARGIN + x..].first_chunk_mut::<LANES>() {
+                    *row = bytemuck::cast(four);
+                }
+            }
         }
+        seen.chunks_exact_mut(stride).for_each(|row| pad(row, width));
     }
 
-    /// How many of the 48 neighbours are darker than the middle in one window and not in the other: for every label,
-    /// at 16 pixels.
+    /// How many of the 48 neighbours are darker than the middle in one window and not in the other: of 16 pixels, for every
+    /// label.
     #[inline(never)]
-    fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize) -> [[u8; LANES]; LABELS] {
+    fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize, out: &mut [u8x16; LANES]) {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];
         let sign = i8x16::splat(i8::MIN);
@@ -189,7 +197,7 @@ impl<'a> CostRows<'a> {
                 *darker = middle.cmp_gt(load_from(row, first + dx - RADIUS));
             }
         }
-        std::array::from_fn(|k| {
+        for (k, out) in out.iter_mut().enumerate().take(LABELS) {
             let row = |i: usize| &self.seen[(slots[i] * LABELS + k) * stride..][..stride];
             let middle = i8x16::new(lanes(row(RADIUS), first));
             let mut count = i8x16::splat(0);
@@ -199,8 +207,16 @@ impl<'a> CostRows<'a> {
                     count -= middle.cmp_gt(i8x16::new(lanes(row, first + dx - RADIUS))) ^ darker;
                 }
             }
-            bytemuck::cast(count)
-        })
+            *out = bytemuck::cast(count);
+        }
+        // To the labels of each pixel: a transposition by perfect shuffles.
+        for _ in 0..4 {
+            let from = *out;
+            for (i, out) in out.chunks_exact_mut(2).enumerate() {
+                let [a, b] = [from[i], from[i + LANES / 2]];
+                out.copy_from_slice(&[u8x16::unpack_low(a, b), u8x16::unpack_high(a, b)]);
+            }
+        }
     }
 }
 
@@ -214,16 +230,16 @@ fn lanes<T: Copy + Default>(row: &[T], at: usize) -> [T; LANES] {
 }
 
 impl Search<'_> {
-    /// The motions of a row, in pixels of the search per label.
-    fn motions(&self, y: usize, out: &mut [Motion]) {
-        let (scale, field) = (self.scale, self.field);
+    /// The motion of a pixel, in pixels of the search per label.
+    #[inline(always)]
+    fn motion(&self, x: usize, y: usize) -> Motion {
         // Blocks are looked up at one of their pixels, which is not quite the middle.
-        let shift = (scale / 2) as f32;
-        let inverse = 1.0 / scale as f32;
-        for (x, out) in out.iter_mut().enumerate() {
-            let motion = field.motion(x, y, scale);
-            out.place = motion.place.map(|p| (p - shift) * inverse);
-            out.direction = motion.direction.map(|d| d * (self.step * inverse));
+        let shift = (self.scale / 2) as f32;
+        let inverse = 1.0 / self.scale as f32;
+        let motion = self.field.motion(x, y, self.scale);
+        Motion {
+            place: motion.place.map(|p| (p - shift) * inverse),
+            direction: motion.direction.map(|d| d * (self.step * inverse)),
         }
     }
 }

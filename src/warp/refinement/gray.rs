@@ -1,6 +1,6 @@
 //! Gray pictures for matching, from full size to small.
 
-use wide::i32x4;
+use wide::{i16x8, i32x4};
 
 use crate::image::zeroed;
 use crate::{ImageView, Result};
@@ -61,26 +61,50 @@ impl Gray {
         let y = y.clamp(0, self.height as isize - 1) as usize;
         &self.data[y * self.stride..(y + 1) * self.stride]
     }
+}
+
+/// A picture to be sampled: each pixel with those to the right, below, and below to the right, one to a byte. Beyond the
+/// border, where there is no weight, is anything.
+pub(super) struct Corners {
+    data: Vec<i32>,
+    width: usize,
+    height: usize,
+}
+
+impl Corners {
+    pub fn new(gray: &Gray) -> Result<Self> {
+        let (width, height) = (gray.width, gray.height);
+        let mut data: Vec<i32> = zeroed(width * height)?;
+        for (y, out) in (0..).zip(data.chunks_exact_mut(width)) {
+            let [above, below] = [y, y + 1].map(|y| gray.row(y)[MARGIN..].windows(2));
+            for ((out, a), b) in out.iter_mut().zip(above).zip(below) {
+                *out = i32::from_le_bytes([a[0], a[1], b[0], b[1]]);
+            }
+        }
+        Ok(Self { data, width, height })
+    }
+
+    /// The places of the last column and row in fixed point.
+    pub fn most(&self) -> [i32; 2] {
+        [self.width, self.height].map(|side| ((side - 1) as i32) << FRACTION)
+    }
 
     /// Bilinear values at four places in fixed point, clamped to the frame.
     #[inline(always)]
     pub fn sample(&self, x: i32x4, y: i32x4) -> i32x4 {
-        let clamp = |v: i32x4, side: usize| v.max(i32x4::splat(0)).min(i32x4::splat(((side - 1) as i32) << FRACTION));
-        let (x, y) = (clamp(x, self.width), clamp(y, self.height));
-        let at = (y >> FRACTION) * i32x4::splat(self.stride as i32) + (x >> FRACTION);
-        let two = |at: usize| match self.data.get(at..at + 2) {
-            Some(&[a, b]) => i32::from(u16::from_le_bytes([a, b])),
-            _ => 0,
-        };
-        // The row below the last one is not there and has no weight.
-        let four = |at: i32| two(at as usize + MARGIN) | two(at as usize + MARGIN + self.stride) << 16;
-        let four = i32x4::new(at.to_array().map(four));
+        let [last_x, last_y] = self.most().map(i32x4::splat);
+        let (x, y) = (x.max(i32x4::splat(0)).min(last_x), y.max(i32x4::splat(0)).min(last_y));
+        let at = (y >> FRACTION) * i32x4::splat(self.width as i32) + (x >> FRACTION);
+        let four = i32x4::new(at.to_array().map(|at| self.data.get(at as usize).copied().unwrap_or_default()));
         let share = |v: i32x4| (v >> (FRACTION - 6)) & i32x4::splat(63);
-        let (fx, fy, one) = (share(x), share(y), i32x4::splat(64));
-        // Both columns at once, 16 bit each.
+        let (right, below) = (share(x), share(y));
+        // Both rows at once, 16 bit each.
+        let sixteen = |v: i32x4| bytemuck::cast::<_, i16x8>(v);
         let bytes = i32x4::splat(0x00ff_00ff);
-        let columns = (four & bytes) * (one - fx) + ((four >> 8) & bytes) * fx;
-        let rows = (columns & i32x4::splat(0xffff)) * (one - fy) + ((columns >> 16) & i32x4::splat(0xffff)) * fy;
+        let right = right | right << 16;
+        let left = i32x4::splat(0x0040_0040) - right;
+        let columns = sixteen(four & bytes) * sixteen(left) + sixteen((four >> 8) & bytes) * sixteen(right);
+        let rows = columns.dot(sixteen((below << 16) + i32x4::splat(64) - below));
         (rows + i32x4::splat(2048)) >> 12
     }
 }

@@ -1,7 +1,7 @@
 //! The search from small pictures to full size.
 
 use super::aggregate::aggregate;
-use super::consistency::{consistent, solid};
+use super::consistency::{Map, consistent, solid};
 use super::continuation::continued;
 use super::cost::{HALF, Search};
 use super::gray::{Gray, MARGIN};
@@ -28,6 +28,8 @@ pub(super) struct Side<'a> {
     shifts: Vec<f32>,
     /// Where they are believed.
     trusted: Vec<u8>,
+    /// The inverse depth they make.
+    depth: Vec<f32>,
 }
 
 /// A refined map, and where it is believed.
@@ -38,7 +40,8 @@ pub(super) struct Found {
 
 impl<'a> Side<'a> {
     pub fn new(field: Field<'a>, image: &ImageView<'_>) -> Result<Self> {
-        Ok(Self { field, pyramid: vec![Gray::new(image)?], shifts: Vec::new(), trusted: Vec::new() })
+        let pyramid = vec![Gray::new(image)?];
+        Ok(Self { field, pyramid, shifts: Vec::new(), trusted: Vec::new(), depth: Vec::new() })
     }
 
     fn add_level(&mut self) -> Result<()> {
@@ -52,37 +55,53 @@ impl<'a> Side<'a> {
     }
 
     /// The corrections of the level above, one for each pixel of `level`: of the four nearest that of the pixel that looks
-    /// most alike. Nothing when that level was not searched.
+    /// most alike. 0 when that level was not searched.
     #[inline(never)]
     fn shifts_at(&self, level: usize) -> Result<Vec<f32>> {
-        let mut shifts = Vec::new();
-        let [own, above, ..] = &self.pyramid[level..] else { return Ok(shifts) };
-        if self.shifts.len() != above.width * above.height {
-            return Ok(shifts);
-        }
-        reserve(&mut shifts, own.width * own.height)?;
+        let own = &self.pyramid[level];
+        let mut shifts = zeroed(own.width * own.height)?;
+        let above = match self.pyramid.get(level + 1) {
+            Some(above) if self.shifts.len() == above.width * above.height => above,
+            _ => return Ok(shifts),
+        };
         let near = |i: usize, side: usize| [i / 2, (i / 2 + (i & 1)).saturating_sub(1 - (i & 1)).min(side - 1)];
-        for i in 0..own.width * own.height {
-            let (x, y) = (i % own.width, i / own.width);
-            let value = own.row(y as isize)[MARGIN + x];
-            let (mut least, mut best) = (u32::MAX, 0.0);
-            for (dy, v) in near(y, above.height).into_iter().enumerate() {
-                let row = above.row(v as isize);
-                for (dx, u) in near(x, above.width).into_iter().enumerate() {
-                    let difference = u32::from(row[MARGIN + u].abs_diff(value)) + 2 * (dx + dy) as u32;
-                    if difference < least {
-                        (least, best) = (difference, self.shifts[v * above.width + u]);
-                    }
-                }
+        for (y, out) in shifts.chunks_exact_mut(own.width).enumerate() {
+            let rows = near(y, above.height).map(|v| {
+                (&above.row(v as isize)[MARGIN..][..above.width], &self.shifts[v * above.width..][..above.width])
+            });
+            for (x, (out, value)) in out.iter_mut().zip(&own.row(y as isize)[MARGIN..]).enumerate() {
+                let columns = near(x, above.width);
+                // The difference, and of the same ones the first.
+                let rank = |i: usize| {
+                    let difference = usize::from(rows[i / 2].0[columns[i % 2]].abs_diff(*value));
+                    4 * (difference + 2 * (i / 2 + i % 2)) + i
+                };
+                let best = (0..4).fold(usize::MAX, |best, i| best.min(rank(i))) % 4;
+                *out = rows[best / 2].1[columns[best % 2]];
             }
-            shifts.push(best);
         }
         Ok(shifts)
     }
 
-    fn finish(self) -> Result<Found> {
-        let (width, height) = (self.field.prior.width(), self.field.prior.height());
-        Ok(Found { depth: self.field.refined(&self.shifts)?, trusted: Mask { data: self.trusted, width, height } })
+    /// Takes on corrections for `level`.
+    fn correct(&mut self, level: usize, shifts: Vec<f32>) -> Result<()> {
+        self.depth = Vec::new();
+        reserve(&mut self.depth, shifts.len())?;
+        self.depth.resize(shifts.len(), f32::NAN);
+        self.shifts = shifts;
+        self.apply(level);
+        Ok(())
+    }
+
+    /// Makes the inverse depth of the corrections at `level`, where there is none yet.
+    #[inline(never)]
+    fn apply(&mut self, level: usize) {
+        let width = self.pyramid[level].width;
+        for (y, (out, shifts)) in self.depth.chunks_exact_mut(width).zip(self.shifts.chunks_exact(width)).enumerate() {
+            for (x, (out, &shift)) in out.iter_mut().zip(shifts).enumerate().filter(|(_, (out, _))| out.is_nan()) {
+                *out = self.field.moved(x, y, 1 << level, shift);
+            }
+        }
     }
 }
 
@@ -132,34 +151,34 @@ pub(super) fn coarse_to_fine(
             done += share(level);
         }
         for (side, found) in sides.iter_mut().zip(found) {
-            side.shifts = found;
+            side.correct(level, found)?;
         }
-        let size = |side: &Side<'_>| (side.pyramid[level].width, side.pyramid[level].height, scale);
-        let [a, b] = [&sides[0], &sides[1]];
-        let maps = [a.field.map(&a.shifts, size(a))?, b.field.map(&b.shifts, size(b))?];
-        let agree = [
-            consistent(&maps[0], a.field.model, &maps[1], b.field.model)?,
-            consistent(&maps[1], b.field.model, &maps[0], a.field.model)?,
-        ];
-        drop(maps);
+        let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
+            depth: &side.depth,
+            width: side.pyramid[level].width,
+            scale,
+            model: side.field.model,
+        });
+        let agree = [consistent(&a, &b)?, consistent(&b, &a)?];
         for (side, agree) in sides.iter_mut().zip(agree) {
-            let size = size(side);
-            let (width, height, _) = size;
+            let Gray { width, height, .. } = side.pyramid[level];
             side.trusted = solid(&agree, width, height)?;
             let reach = FADING * ((width * width + height * height) as f32).sqrt();
-            let smooth = continued(&side.field, &side.shifts, &side.trusted, size, reach)?;
+            let smooth = continued(&side.field, &side.shifts, &side.trusted, (width, height, scale), reach)?;
             let count = |marks: &[u8]| marks.iter().filter(|&&mark| mark != 0).count();
             let keep = (guess || level == last && stay == 0) && count(&side.trusted) * FEW > count(&agree);
-            for ((shift, smooth), &mark) in side.shifts.iter_mut().zip(smooth).zip(&agree) {
-                if !(keep && mark != 0) {
-                    *shift = smooth;
+            let corrected = side.shifts.iter_mut().zip(&mut side.depth);
+            for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&agree) {
+                if *shift != smooth && !(keep && mark != 0) {
+                    (*shift, *depth) = (smooth, f32::NAN);
                 }
             }
+            side.apply(level);
         }
     }
     if last > 0 {
         for side in &mut sides {
-            side.shifts = side.shifts_at(0)?;
+            side.correct(0, side.shifts_at(0)?)?;
             let (photo, half) = (&side.pyramid[0], &side.pyramid[1]);
             let mut trusted = zeroed(photo.width * photo.height)?;
             for (y, row) in trusted.chunks_exact_mut(photo.width).enumerate() {
@@ -169,6 +188,9 @@ pub(super) fn coarse_to_fine(
             side.trusted = trusted;
         }
     }
-    let [a, b] = sides;
-    Ok([a.finish()?, b.finish()?])
+    Ok(sides.map(|side| {
+        let (width, height) = (side.field.prior.width(), side.field.prior.height());
+        let trusted = Mask { data: side.trusted, width, height };
+        Found { depth: InverseDepth::from_values(side.depth, width, height), trusted }
+    }))
 }
