@@ -17,11 +17,11 @@ pub(super) fn blend(
     let (width, height) = (image.width, image.height);
     let pixels = image.data.as_chunks_mut::<4>().0;
     span.row(0, 3)?;
-    let to_target = distance(pixels.len(), width, &|i| seam.data[i] == 1)?;
+    let to_target = distance(seam.data.iter().map(|&shown| shown == 1), width)?;
     span.part(0.25, 1.0).row(0, 1)?;
-    let to_reference = distance(pixels.len(), width, &|i| seam.data[i] == 2)?;
+    let to_reference = distance(seam.data.iter().map(|&shown| shown == 2), width)?;
     span.part(0.5, 1.0).row(0, 1)?;
-    let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
+    let inside = distance(pixels.iter().map(|pixel| pixel[3] == 0), width)?;
     let mut span = span.part(0.75, 1.0);
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
@@ -38,10 +38,10 @@ pub(super) fn blend(
                 continue;
             }
             let from_seam = match to_target[i] {
-                0 => share(to_reference[i]),
-                distance => -share(distance),
+                0 => share(to_reference[i].into()),
+                distance => -share(distance.into()),
             };
-            let most = share(inside[i].min(to_outside((reference.left + x, y), (width, height))));
+            let most = share(u32::from(inside[i]).min(to_outside((reference.left + x, y), (width, height))));
             let least = 1.0 - share(to_outside((x, y - reference.top), size));
             let target = (0.5 + 0.5 * from_seam).min(most).max(least.min(most));
             for (own, other) in pixel.iter_mut().zip([r, g, b]) {

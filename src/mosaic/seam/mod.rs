@@ -40,12 +40,12 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
 /// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
     let (width, height) = (image.width, image.height);
-    let inside = distance(seam.data.len(), width, &|i| seam.data[i] & TARGET == 0)?;
+    let inside = distance(seam.data.iter().map(|&side| side & TARGET == 0), width)?;
     let size = (reference.photo.width(), reference.photo.height());
     for (i, side) in seam.data.iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);
-        *side = if inside[i].min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
+        *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
     }
     Ok(())
 }
