@@ -35,12 +35,6 @@ impl Rect {
         Self { x, y, width: right - x, height: bottom - y }
     }
 
-    /// The rectangle's rows in a picture with so many pixels a row.
-    pub(super) fn of<T>(self, pixels: &[T], width: usize) -> impl Iterator<Item = &[T]> {
-        let (columns, rows) = self.ranges();
-        pixels.chunks_exact(width).take(rows.end).skip(rows.start).map(move |row| &row[columns.clone()])
-    }
-
     /// Its columns and rows.
     pub(super) fn ranges(self) -> (Range<usize>, Range<usize>) {
         (self.x..self.x + self.width, self.y..self.y + self.height)

@@ -13,12 +13,13 @@ const FAR: u16 = u16::MAX;
 /// Cells handled together.
 const LANES: usize = 8;
 
-/// Distance of every cell of a grid, `width` cells a row, from the nearest one of which `inside` says true: [`STRAIGHT`] to
+/// Distance of every cell of a grid, `width` cells a row, from the nearest one of which `inside` is true: [`STRAIGHT`] to
 /// the pixel; the greatest number if there is none, or none within 13 107 pixels.
-pub(super) fn distance(inside: impl ExactSizeIterator<Item = bool>, width: usize) -> Result<Vec<u16>> {
+#[inline(never)]
+pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
     let mut grid = Vec::new();
-    reserve(&mut grid, inside.len())?;
-    grid.extend(inside.map(|inside| if inside { 0 } else { FAR }));
+    reserve(&mut grid, cells)?;
+    grid.extend((0..cells).map(|cell| if inside(cell) { 0 } else { FAR }));
     // Rosenfeld and Pfaltz: once with the neighbours above and to the left, once with the other four, which are these
     // where the last cell is the first.
     for _ in 0..2 {
@@ -29,7 +30,6 @@ pub(super) fn distance(inside: impl ExactSizeIterator<Item = bool>, width: usize
 }
 
 /// Carries distances on to the right and downwards.
-#[inline(never)]
 fn sweep(grid: &mut [u16], width: usize) -> Result<()> {
     // The row above, with a cell more on the left and some on the right.
     let mut above = Vec::new();

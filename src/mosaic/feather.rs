@@ -17,11 +17,11 @@ pub(super) fn blend(
     let (width, height) = (image.width, image.height);
     let pixels = image.data.as_chunks_mut::<4>().0;
     span.row(0, 3)?;
-    let to_target = distance(seam.data.iter().map(|&shown| shown == 1), width)?;
+    let to_target = distance(pixels.len(), width, &|i| seam.data[i] == 1)?;
     span.part(0.25, 1.0).row(0, 1)?;
-    let to_reference = distance(seam.data.iter().map(|&shown| shown == 2), width)?;
+    let to_reference = distance(pixels.len(), width, &|i| seam.data[i] == 2)?;
     span.part(0.5, 1.0).row(0, 1)?;
-    let inside = distance(pixels.iter().map(|pixel| pixel[3] == 0), width)?;
+    let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
     let mut span = span.part(0.75, 1.0);
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.

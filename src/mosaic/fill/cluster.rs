@@ -32,8 +32,6 @@ pub(super) struct Cluster {
     pub bounds: Rect,
     /// Half the width in pixels of the widest void.
     pub deepest: u32,
-    /// Whether it was filled.
-    pub filled: bool,
 }
 
 impl<'a> Clusters<'a> {
@@ -76,7 +74,7 @@ impl<'a> Clusters<'a> {
             }
             let (width, height) = ((right - left) * TILE, (bottom - top) * TILE);
             let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
-            clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT, filled: false });
+            clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
         }
         Ok((Self { parts, tiles, columns }, clusters))
     }

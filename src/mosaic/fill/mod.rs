@@ -6,13 +6,12 @@ mod parts;
 mod smooth;
 
 use super::Guide;
-use super::crop::{Rect, bounding_box, extent};
+use super::crop::{bounding_box, extent};
 use crate::image::{check_len, check_size};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
-use parts::{Part, Parts};
-use smooth::reserve_more;
+use parts::{Part, Parts, list};
 
 /// How voids are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,62 +65,28 @@ pub fn fill(
     report(observer, Stage::Fill, 0.0)?;
     let row = |y: usize| extent(voids.data[y * voids.width..(y + 1) * voids.width].iter().map(|&void| void != 0));
     let Some(bounds) = bounding_box(voids.height, &row) else { return report(observer, Stage::Fill, 1.0) };
-    let (gaps, filled, done) = match options.method {
-        FillMethod::Exemplar => {
-            let (gaps, filled) = exemplars(image, voids, bounds, guide, options, observer)?;
-            (gaps, filled, EXEMPLARS)
+    let parts = Parts::of(image, voids, bounds, options)?;
+    let (clusters, alone) = Clusters::of(&parts)?;
+    let (mut gaps, mut filled) = (Vec::new(), Vec::new());
+    list(&mut gaps, bounds, image.width, &|x, y| parts.at(x, y) == Part::Gap)?;
+    let share = EXEMPLARS / alone.len() as f32;
+    let mut progress = Progress { observer, done: 0.0, share };
+    for cluster in &alone {
+        // What there is no piece for that could be copied is filled smoothly, too.
+        if !exemplar::fill(image, voids, &clusters, cluster, guide, &mut filled, &mut progress)? {
+            let rect = cluster.bounds.grown(0, (image.width, image.height));
+            list(&mut gaps, rect, image.width, &|x, y| clusters.has(cluster, x, y))?;
         }
-        FillMethod::Smooth => {
-            (listed(bounds, image.width, &|x, y| voids.data[y * voids.width + x] != 0)?, Vec::new(), 0.0)
-        }
-    };
-    let mut progress = Progress { observer, done, share: 1.0 - done };
+        progress.done += share;
+    }
+    progress.share = 1.0 - progress.done;
     smooth::fill(image, &gaps, voids, bounds, options.radius as usize, &mut progress)?;
     let pixels = image.data.as_chunks_mut::<4>().0;
     filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
     report(observer, Stage::Fill, 1.0)
 }
 
-/// The pixels that are left to be filled smoothly, gaps and voids without any piece that could be copied, and the colours of
-/// all others, cluster by cluster.
-fn exemplars(
-    image: &Image,
-    voids: &Mask,
-    bounds: Rect,
-    guide: Option<&Guide>,
-    options: &FillOptions,
-    observer: &mut dyn Observer,
-) -> Result<(Vec<usize>, Vec<exemplar::Filled>)> {
-    let valid = image.data.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] != 0).count();
-    let widest = (options.max_width * (valid as f64).sqrt() / 2.0).min(f64::from(u16::MAX)) as u32;
-    let parts = Parts::of(image, voids, bounds, widest)?;
-    let (clusters, mut list) = Clusters::of(&parts)?;
-    let mut filled = Vec::new();
-    let mut progress = Progress { observer, done: 0.0, share: EXEMPLARS / list.len().max(1) as f32 };
-    for cluster in &mut list {
-        cluster.filled = exemplar::fill(image, voids, &clusters, cluster, guide, &mut filled, &mut progress)?;
-        progress.done += progress.share;
-    }
-    let is_gap = |x, y| match parts.at(x, y) {
-        Part::Gap => true,
-        Part::Void => list.iter().any(|cluster| !cluster.filled && clusters.has(cluster, x, y)),
-        Part::Other | Part::Wide => false,
-    };
-    Ok((listed(bounds, image.width, &is_gap)?, filled))
-}
-
-/// The pixels of a rectangle that `inside` is true of, counted row by row of a picture.
-fn listed(rect: Rect, width: usize, inside: &dyn Fn(usize, usize) -> bool) -> Result<Vec<usize>> {
-    let mut list = Vec::new();
-    let (columns, rows) = rect.ranges();
-    for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))).filter(|&(x, y)| inside(x, y)) {
-        reserve_more(&mut list, 1)?;
-        list.push(y * width + x);
-    }
-    Ok(list)
-}
-
-/// How much of the work the exemplars are.
+/// How much of the work the exemplars are, where there are any.
 const EXEMPLARS: f32 = 0.9;
 
 /// Progress of a part of the work.
