@@ -159,7 +159,10 @@ pub fn stitch(
     let mut mosaic = blend(&warped, reference.image, aligned.trusted.as_ref(), &options.blend, observer)?;
     laps.end(Stage::Blend, observer);
     if let Some(options) = &options.fill {
-        let guide = Guide::new(&warped, &geometry.forward, reference)?;
+        let guide = match options.method {
+            FillMethod::Exemplar => Guide::new(&warped, &geometry.forward, reference)?,
+            FillMethod::Smooth => None,
+        };
         fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
     }
     let crops = Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image)? };

@@ -2,48 +2,50 @@
 
 use super::super::crop::Rect;
 use super::super::distance::STRAIGHT;
-use super::parts::Part;
+use super::parts::{Part, Parts};
 use crate::Result;
 use crate::image::{defaults, reserve};
 
 /// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
-const TILE: usize = 32;
+pub(super) const TILE: usize = 32;
 
 #[derive(Clone, Copy, Default)]
 struct Tile {
     /// Number of the cluster, counted from 1; 0 without one.
     cluster: u32,
     /// How far the innermost void is from the nearest pixel to go by; 0 without voids.
-    deepest: u32,
+    deepest: u16,
 }
 
 /// Which void belongs to which cluster.
 pub(super) struct Clusters<'a> {
-    parts: &'a [Part],
+    parts: &'a Parts,
     tiles: Vec<Tile>,
-    /// Pixels and tiles in a row.
-    width: usize,
+    /// Tiles in a row.
     columns: usize,
 }
 
 /// Voids that belong together.
 pub(super) struct Cluster {
     number: u32,
-    /// Tile by tile: it may leave the picture to the right and below.
+    /// On the picture, tile by tile: it may leave it to the right and below.
     pub bounds: Rect,
     /// Half the width in pixels of the widest void.
     pub deepest: u32,
 }
 
 impl<'a> Clusters<'a> {
-    /// The clusters of all voids, from the top. `inwards` is as [`super::parts::parts`] gives it.
-    pub fn of(parts: &'a [Part], inwards: &[u32], width: usize) -> Result<(Self, Vec<Cluster>)> {
-        let columns = width.div_ceil(TILE);
-        let rows = (parts.len() / width).div_ceil(TILE);
+    /// The clusters of all voids, from the top.
+    pub fn of(parts: &'a Parts) -> Result<(Self, Vec<Cluster>)> {
+        let Parts { window, parts: kinds, inwards } = parts;
+        let columns = window.width.div_ceil(TILE);
+        let rows = window.height.div_ceil(TILE);
         let mut tiles: Vec<Tile> = defaults(columns * rows)?;
-        for (i, &inwards) in inwards.iter().enumerate().filter(|(i, _)| parts[*i] == Part::Void) {
-            let tile = &mut tiles[i / width / TILE * columns + i % width / TILE];
-            tile.deepest = tile.deepest.max(inwards);
+        for (y, (kinds, inwards)) in kinds.chunks(window.width).zip(inwards.chunks(window.width)).enumerate() {
+            for (x, (_, &inwards)) in kinds.iter().zip(inwards).enumerate().filter(|(_, (kind, _))| **kind == Part::Void) {
+                let tile = &mut tiles[y / TILE * columns + x / TILE];
+                tile.deepest = tile.deepest.max(inwards);
+            }
         }
         let (mut clusters, mut open) = (Vec::new(), Vec::new());
         reserve(&mut clusters, tiles.len())?;
@@ -71,15 +73,16 @@ impl<'a> Clusters<'a> {
                 }
             }
             let (width, height) = ((right - left) * TILE, (bottom - top) * TILE);
-            let bounds = Rect { x: left * TILE, y: top * TILE, width, height };
-            clusters.push(Cluster { number, bounds, deepest: deepest / STRAIGHT });
+            let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
+            clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
         }
-        Ok((Self { parts, tiles, width, columns }, clusters))
+        Ok((Self { parts, tiles, columns }, clusters))
     }
 
-    /// Whether the pixel is a void of that cluster.
+    /// Whether the pixel, one of the window, is a void of that cluster.
     pub fn has(&self, cluster: &Cluster, x: usize, y: usize) -> bool {
-        self.tiles[y / TILE * self.columns + x / TILE].cluster == cluster.number
-            && self.parts[y * self.width + x] == Part::Void
+        let window = self.parts.window;
+        let tile = (y - window.y) / TILE * self.columns + (x - window.x) / TILE;
+        self.tiles[tile].cluster == cluster.number && self.parts.at(x, y) == Part::Void
     }
 }

@@ -4,7 +4,7 @@ use super::level::Level;
 use super::{BOTH, COARSEST};
 use crate::image::defaults;
 use crate::mosaic::canvas::Placed;
-use crate::mosaic::crop::bounding_box;
+use crate::mosaic::crop::{bounding_box, extent};
 use crate::mosaic::span::Span;
 use crate::{Image, Mask, Result};
 
@@ -23,7 +23,8 @@ pub(super) fn finest(
     // Two cells of the coarsest grid around what is to be decided: the cut is between what lies there.
     let margin = 2 << (free / COARSEST).max(1).ilog2().div_ceil(2);
     let size = (seam.width, seam.height);
-    let Some(overlap) = bounding_box(size, &|i| seam.data[i] == BOTH) else { return Ok(None) };
+    let overlap = |y: usize| extent(seam.data[y * seam.width..(y + 1) * seam.width].iter().map(|&side| side == BOTH));
+    let Some(overlap) = bounding_box(size.1, &overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
     let mut above: Vec<Option<Difference>> = defaults(columns.len())?;

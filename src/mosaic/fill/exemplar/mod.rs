@@ -129,7 +129,7 @@ fn peel(
         |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
     let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
     let depth = distance(level.depth.len(), level.width, &at_background)?;
-    let ring_of = |void: &Void| depth[void.cell] / STRAIGHT;
+    let ring_of = |void: &Void| u32::from(depth[void.cell]) / STRAIGHT;
     let radius = level.width.max(level.height);
     let mut next = Some(0);
     while let Some(ring) = next {
