@@ -54,8 +54,8 @@ pub(super) struct Search<'a> {
 pub(super) struct CostRows<'a> {
     search: &'a Search<'a>,
     to: Corners,
-    /// The last rows of the other photo as each label sees them.
-    seen: Vec<i8>,
+    /// The last rows of the other photo as each label sees them, less 128 as a signed byte.
+    seen: Vec<u8>,
     /// Which labels of the last rows lie outside the other photo, one to a bit.
     outside: Vec<u16>,
     /// What a label costs by itself, from -TABLE on.
@@ -190,22 +190,23 @@ impl<'a> CostRows<'a> {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];
         let sign = i8x16::splat(i8::MIN);
-        let load_from = |row: &[u8], at: usize| bytemuck::cast::<[u8; LANES], i8x16>(lanes(row, at)) ^ sign;
-        let middle = load_from(from[RADIUS], first);
+        let middle = lanes(window(from[RADIUS], first), RADIUS) ^ sign;
         for (darker, row) in darker.iter_mut().zip(from) {
+            let row = window(row, first);
             for (dx, darker) in darker.iter_mut().enumerate() {
-                *darker = middle.cmp_gt(load_from(row, first + dx - RADIUS));
+                *darker = middle.cmp_gt(lanes(row, dx) ^ sign);
             }
         }
         for (k, out) in out.iter_mut().enumerate().take(LABELS) {
-            let row = |i: usize| &self.seen[(slots[i] * LABELS + k) * stride..][..stride];
-            let middle = i8x16::new(lanes(row(RADIUS), first));
+            let row = |i: usize| window(&self.seen[(slots[i] * LABELS + k) * stride..], first);
+            let middle = lanes(row(RADIUS), RADIUS);
             let mut count = i8x16::splat(0);
             for (i, darker) in darker.iter().enumerate() {
                 let row = row(i);
-                for (dx, &darker) in darker.iter().enumerate() {
-                    count -= middle.cmp_gt(i8x16::new(lanes(row, first + dx - RADIUS))) ^ darker;
-                }
+                let differs = |dx: usize| middle.cmp_gt(lanes(row, dx)) ^ darker[dx];
+                // Written out, so that nothing is counted but pixels.
+                count =
+                    count - differs(0) - differs(1) - differs(2) - differs(3) - differs(4) - differs(5) - differs(6);
             }
             *out = bytemuck::cast(count);
         }
@@ -224,9 +225,15 @@ fn slot(y: usize) -> usize {
     y % ROWS
 }
 
+/// All of a row that windows around 16 pixels from `first` on contain.
 #[inline(always)]
-fn lanes<T: Copy + Default>(row: &[T], at: usize) -> [T; LANES] {
-    row.get(at..).and_then(|row| row.first_chunk()).copied().unwrap_or_default()
+fn window(row: &[u8], first: usize) -> &[u8; LANES + 2 * RADIUS] {
+    row.get(first - RADIUS..).and_then(<[u8]>::first_chunk).unwrap_or(&[0; LANES + 2 * RADIUS])
+}
+
+#[inline(always)]
+fn lanes(window: &[u8; LANES + 2 * RADIUS], dx: usize) -> i8x16 {
+    bytemuck::cast(window[dx..].first_chunk::<LANES>().copied().unwrap_or_default())
 }
 
 impl Search<'_> {
