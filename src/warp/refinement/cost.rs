@@ -156,18 +156,18 @@ impl<'a> CostRows<'a> {
         let outside = &mut self.outside[slot(y) * width..][..width];
         let seen = &mut self.seen[slot(y) * LABELS * stride..][..LABELS * stride];
         let middle = &search.middle[y * width..][..width];
-        let most = self.to.most();
+        let (most, inverse) = (self.to.most(), 1.0 / search.scale as f32);
         let mut rays = Rays::default();
         for (block, (middle, outside)) in middle.chunks(LANES).zip(outside.chunks_mut(LANES)).enumerate() {
             let x = block * LANES;
             for (i, (&middle, outside)) in middle.iter().zip(outside.iter_mut()).enumerate() {
-                *outside = rays.set(i, &search.motion(x + i, y), f32::from(middle) - HALF as f32, most);
+                *outside = rays.set(i, &search.motion(x + i, y, inverse), f32::from(middle) - HALF as f32, most);
             }
             // Nothing is seen there, and nothing is made of what was seen before.
             if outside.iter().all(|&outside| outside == NOWHERE) {
                 continue;
             }
-            let [mut u, mut v, du, dv] = rays.0;
+            let [u, v, du, dv] = &mut rays.0;
             for row in seen.chunks_exact_mut(stride) {
                 let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
                 for q in 0..4 {
@@ -237,12 +237,11 @@ fn lanes(window: &[u8; LANES + 2 * RADIUS], dx: usize) -> i8x16 {
 }
 
 impl Search<'_> {
-    /// The motion of a pixel, in pixels of the search per label.
+    /// The motion of a pixel, in pixels of the search per label; `inverse` is that of the scale.
     #[inline(always)]
-    fn motion(&self, x: usize, y: usize) -> Motion {
+    fn motion(&self, x: usize, y: usize, inverse: f32) -> Motion {
         // Blocks are looked up at one of their pixels, which is not quite the middle.
         let shift = (self.scale / 2) as f32;
-        let inverse = 1.0 / self.scale as f32;
         let motion = self.field.motion(x, y, self.scale);
         Motion {
             place: motion.place.map(|p| (p - shift) * inverse),
