@@ -103,11 +103,7 @@ pub(super) fn aggregate(search: &Search<'_>, progress: &mut dyn FnMut(f32) -> Re
         for y in (first..end).rev() {
             up.row(search, &costs[(y - first) * w..][..w], y, true, &penalties, &mut from_below);
             if y < last {
-                let both = sums[(y - first) * w..].iter().zip(&from_below);
-                let middle = &search.middle[y * w..];
-                for ((best, (above, below)), &middle) in best[y * w..].iter_mut().zip(both).zip(middle) {
-                    *best = (f32::from(middle) + winner([above[0], above[1], below[0], below[1]])) * search.step;
-                }
+                decide(search, y, &sums[(y - first) * w..], &from_below, &mut best[y * w..]);
             }
         }
     }
@@ -226,6 +222,15 @@ const ORDER: [u16; 16] = {
     }
     order
 };
+
+/// The best labels of row `y`, as pixels of motion, from the sums of the paths from above and from below.
+#[inline(never)]
+fn decide(search: &Search<'_>, y: usize, above: &[[u8x16; 2]], below: &[[u8x16; 2]], best: &mut [f32]) {
+    let middle = &search.middle[y * search.from.width..];
+    for (((best, &middle), &[a, b]), &[c, d]) in best.iter_mut().zip(middle).zip(above).zip(below) {
+        *best = (f32::from(middle) + winner([a, b, c, d])) * search.step;
+    }
+}
 
 /// The label of the least sum, to a fraction by a parabola, counted from the middle one.
 #[inline(always)]

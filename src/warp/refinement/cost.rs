@@ -116,6 +116,7 @@ impl<'a> CostRows<'a> {
     }
 
     /// The costs of the next row.
+    #[inline(never)]
     pub fn next(&mut self, out: &mut [Costs]) {
         let from = self.search.from;
         let y = self.next;
