@@ -18,6 +18,21 @@ pub(super) struct Normal {
 }
 
 impl Normal {
+    /// Of no equation.
+    pub fn empty() -> Self {
+        Self { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] }
+    }
+
+    /// Adds an equation: `row` are the derivatives of its residual, `slope` is the residual times its `weight`.
+    #[inline(never)]
+    pub fn gather(&mut self, row: &[f64; NUMBERS], slope: f64, weight: f64) {
+        for (r, (sums, gradient)) in self.matrix.iter_mut().zip(&mut self.gradient).enumerate() {
+            *gradient += slope * row[r];
+            let weighted = weight * row[r];
+            sums.iter_mut().zip(&row[..=r]).for_each(|(sum, v)| *sum += weighted * v);
+        }
+    }
+
     /// The step of the equations damped by `damping`, and by how much the cost should fall.
     #[inline(never)]
     fn step(&self, damping: f64) -> Option<([f64; NUMBERS], f64)> {

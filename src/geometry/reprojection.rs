@@ -12,7 +12,6 @@ use super::cameras::{Cameras, Vector, added, cross, dot, rotated, transposed};
 use super::levenberg_marquardt::{LeastSquares, NUMBERS, Normal};
 use super::points::{Points, Projection, transform};
 use super::statistics::median;
-use super::vectors::add;
 
 /// c² of the robust cost x/(1 + x/c²) of a squared error x (Geman & McClure 1987): from three standard deviations on, a match
 /// counts less and less.
@@ -133,11 +132,7 @@ impl Seen {
         let weight = robust * robust / noise.point;
         for (k, row) in rows.iter_mut().enumerate() {
             row[6] += self.places[k];
-            let (slope, weight) = (weight * self.offs[k], weight * self.shares[k]);
-            add(&mut normal.gradient, slope, row);
-            for r in 0..NUMBERS {
-                add(&mut normal.matrix[r], weight * row[r], row);
-            }
+            normal.gather(row, weight * self.offs[k], weight * self.shares[k]);
         }
     }
 }
@@ -160,7 +155,7 @@ impl LeastSquares for Reprojection<'_> {
     type State = Cameras;
 
     fn normal(&self, cameras: &Cameras) -> Normal {
-        let mut normal = Normal { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] };
+        let mut normal = Normal::empty();
         self.forward(cameras, &mut normal);
         self.reverse(cameras, &mut normal);
         let priors = [

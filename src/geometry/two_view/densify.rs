@@ -1,6 +1,6 @@
 //! From values at scattered points to a map that is smooth but for the edges of the photo.
 
-use wide::{CmpLt, f32x4};
+use wide::f32x4;
 
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
@@ -71,17 +71,19 @@ impl<'a> Scattered<'a> {
         let (x, y, [r, g, b]) = (splat(x), splat(y), colour.map(splat));
         let (near, inverse, most, one) = (splat(NEAR * NEAR), splat(1.0 / COLOUR), splat(MOST), splat(1.0));
         let mut sums = [f32x4::ZERO; 9];
+        let [s, sx, sy, sxx, sxy, syy, v, vx, vy] = &mut sums;
         for [px, py, pr, pg, pb, value, weight] in &self.lanes {
             let (dx, dy) = (*px - x, *py - y);
             let (dr, dg, db) = (*pr - r, *pg - g, *pb - b);
             let apart = one + (dr * dr + dg * dg + db * db) * inverse;
-            let apart = apart.cmp_lt(most).blend(apart, most);
+            let apart = apart.fast_min(most);
             let far = (dx * dx + dy * dy + near) * apart;
             let w = *weight / (far * far * far);
             let (wx, wy, wv) = (w * dx, w * dy, w * *value);
-            for (sum, term) in sums.iter_mut().zip([w, wx, wy, wx * dx, wx * dy, wy * dy, wv, wv * dx, wv * dy]) {
-                *sum += term;
-            }
+            // Written out, so that the sums stay in registers.
+            (*s, *sx, *sy) = (*s + w, *sx + wx, *sy + wy);
+            (*sxx, *sxy, *syy) = (*sxx + wx * dx, *sxy + wx * dy, *syy + wy * dy);
+            (*v, *vx, *vy) = (*v + wv, *vx + wv * dx, *vy + wv * dy);
         }
         let total = |lanes: f32x4| {
             let [a, b, c, d] = lanes.to_array();

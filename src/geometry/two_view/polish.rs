@@ -18,7 +18,7 @@ impl LeastSquares for Distances<'_> {
     fn normal(&self, f: &Fundamental) -> Normal {
         let (points, back) = (self.0, transposed(f));
         let across = [unit(f), unit(&cofactors(f))].map(flat);
-        let mut normal = Normal { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] };
+        let mut normal = Normal::empty();
         for p in points.iter() {
             let (m, a) = ([p.x, p.y, 1.0], [p.u, p.v, 1.0]);
             let (mut l, mut k) = (apply(f, m), apply(&back, a));
@@ -38,10 +38,7 @@ impl LeastSquares for Distances<'_> {
             }
             let distance = s * inverse;
             normal.cost += 0.5 * distance * distance;
-            for (j, row) in normal.matrix.iter_mut().enumerate() {
-                add(&mut row[..=j], slope[j], &slope);
-            }
-            add(&mut normal.gradient, distance, &slope);
+            normal.gather(&slope, distance, 1.0);
         }
         normal
     }

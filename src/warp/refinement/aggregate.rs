@@ -1,6 +1,6 @@
 //! Semi-global aggregation (Hirschmüller 2008): costs are summed along eight paths on which labels change little.
 
-use wide::{i32x4, u8x16, u16x8, u64x2};
+use wide::{i8x16, i32x4, u8x16, u16x8, u64x2};
 
 use super::cost::{CostRows, Costs, HALF, LABELS, Search};
 use super::gray::MARGIN;
@@ -57,7 +57,8 @@ impl PathRow {
     }
 
     #[inline(always)]
-    fn store(&mut self, at: usize, value: u8x16) {
+    fn store(&mut self, x: usize, value: u8x16) {
+        let at = FIRST + CELL * x;
         if let Some(cell) = self.0.get_mut(at..at + 16) {
             cell.copy_from_slice(&value.to_array());
         }
@@ -102,11 +103,7 @@ pub(super) fn aggregate(search: &Search<'_>, progress: &mut dyn FnMut(f32) -> Re
         for y in (first..end).rev() {
             up.row(search, &costs[(y - first) * w..][..w], y, true, &penalties, &mut from_below);
             if y < last {
-                let both = sums[(y - first) * w..].iter().zip(&from_below);
-                let middle = &search.middle[y * w..];
-                for ((best, (above, below)), &middle) in best[y * w..].iter_mut().zip(both).zip(middle) {
-                    *best = (f32::from(middle) + winner([above[0], above[1], below[0], below[1]])) * search.step;
-                }
+                decide(search, y, &sums[(y - first) * w..], &from_below, &mut best[y * w..]);
             }
         }
     }
@@ -146,33 +143,38 @@ impl Pass {
             let x = order(i);
             if x < w { (FIRST + CELL * x, i32::from(middle_before[x]), gray_before[x]) } else { (BORDER, 0, 0) }
         };
-        let mut beside = 0u128;
+        let mut beside = u8x16::splat(0);
         let mut beside_at = None;
-        // On the side that was passed, straight, on the side to come.
-        let mut near = [(BORDER, 0, 0); 3];
+        // Of the row before, on the side that was passed, straight, and on the side to come.
+        let (mut behind, mut straight) = ((BORDER, 0, 0), (BORDER, 0, 0));
+        let ([before_0, before_1, before_2], [now_0, now_1, now_2]) = (&self.before, &mut self.now);
         for i in 0..=w {
-            near = [near[1], near[2], look(i)];
+            let ahead = look(i);
             // The one before, now that the one after it is known.
             let x = order(i.wrapping_sub(1));
-            if x >= w {
-                continue;
+            if x < w {
+                let (cost, value, own) = (costs[x], gray[x], i32::from(middle[x]));
+                let penalty = |gray: u8| u8x16::splat(penalties[gray.abs_diff(value) as usize]);
+                let (middle, gray) = beside_at.unwrap_or((own, value));
+                beside_at = Some((own, value));
+                let same = shifted(beside, own - middle);
+                let bits: u128 = bytemuck::cast(same);
+                let [lower, higher] = [bits << 8 | 0xff, bits >> 8 | 0xff << 120].map(bytemuck::cast);
+                let step =
+                    |before: &PathRow, (at, middle, gray)| extended(cost, before.load(at, own - middle), penalty(gray));
+                let [a, b, c, d] = lowered([
+                    extended(cost, [same, lower, higher], penalty(gray)),
+                    step(before_0, behind),
+                    step(before_1, straight),
+                    step(before_2, ahead),
+                ]);
+                beside = a;
+                now_0.store(x, b);
+                now_1.store(x, c);
+                now_2.store(x, d);
+                sums[x] = [a.saturating_add(b), c.saturating_add(d)];
             }
-            let (cost, value, own) = (costs[x], gray[x], i32::from(middle[x]));
-            let penalty = |gray: u8| u8x16::splat(penalties[gray.abs_diff(value) as usize]);
-            let (middle, gray) = beside_at.unwrap_or((own, value));
-            beside_at = Some((own, value));
-            let previous = shifted(beside, own - middle);
-            let neighbours = [previous, previous << 8 | 0xff, previous >> 8 | 0xff << 120].map(bytemuck::cast);
-            let mut paths = [extended(cost, neighbours, penalty(gray)); 4];
-            for ((path, before), (at, middle, gray)) in paths[1..].iter_mut().zip(&self.before).zip(near) {
-                *path = extended(cost, before.load(at, own - middle), penalty(gray));
-            }
-            let paths = lowered(paths);
-            beside = bytemuck::cast(paths[0]);
-            for (now, path) in self.now.iter_mut().zip(&paths[1..]) {
-                now.store(FIRST + CELL * x, *path);
-            }
-            sums[x] = [paths[0].saturating_add(paths[1]), paths[2].saturating_add(paths[3])];
+            (behind, straight) = (straight, ahead);
         }
         std::mem::swap(&mut self.before, &mut self.now);
     }
@@ -180,13 +182,15 @@ impl Pass {
 
 /// Labels counted from `shift` on; those out of reach are 255.
 #[inline(always)]
-fn shifted(labels: u128, shift: i32) -> u128 {
-    match shift {
-        0 => labels,
-        1..16 => labels >> (8 * shift) | !(u128::MAX >> (8 * shift)),
-        -15..0 => labels << (-8 * shift) | !(u128::MAX << (-8 * shift)),
-        _ => u128::MAX,
+fn shifted(labels: u8x16, shift: i32) -> u8x16 {
+    const PLACES: i8x16 = i8x16::new([0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    if shift == 0 {
+        return labels;
     }
+    let from = PLACES + i8x16::splat(shift.max(-16).min(16) as i8);
+    // What is out of reach becomes 0.
+    let left: i8x16 = bytemuck::cast(!labels);
+    bytemuck::cast(!left.swizzle(from))
 }
 
 /// One step along a path: the cost and the least of staying at the label, changing it by one and changing it by more.
@@ -218,6 +222,15 @@ const ORDER: [u16; 16] = {
     }
     order
 };
+
+/// The best labels of row `y`, as pixels of motion, from the sums of the paths from above and from below.
+#[inline(never)]
+fn decide(search: &Search<'_>, y: usize, above: &[[u8x16; 2]], below: &[[u8x16; 2]], best: &mut [f32]) {
+    let middle = &search.middle[y * search.from.width..];
+    for (((best, &middle), &[a, b]), &[c, d]) in best.iter_mut().zip(middle).zip(above).zip(below) {
+        *best = (f32::from(middle) + winner([a, b, c, d])) * search.step;
+    }
+}
 
 /// The label of the least sum, to a fraction by a parabola, counted from the middle one.
 #[inline(always)]

@@ -30,7 +30,9 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
         let y = y as f64 * scale + middle;
         for (x, (agree, &d)) in agree.iter_mut().zip(depths).enumerate() {
             let x = x as f64 * scale + middle;
-            let Some([u, v]) = own.model.project(x, y, f64::from(d)) else { continue };
+            let [u, v, w] = own.model.transform(x, y, f64::from(d));
+            let third = if w > 0.0 { 1.0 / w } else { continue };
+            let (u, v) = (u * third, v * third);
             let [bu, bv] = [u, v].map(|p| ((p - middle) * inverse + 0.5).floor());
             if !(bu >= 0.0 && bv >= 0.0 && bu < other.width as f64) {
                 continue;

@@ -54,8 +54,8 @@ pub(super) struct Search<'a> {
 pub(super) struct CostRows<'a> {
     search: &'a Search<'a>,
     to: Corners,
-    /// The last rows of the other photo as each label sees them.
-    seen: Vec<i8>,
+    /// The last rows of the other photo as each label sees them, less 128 as a signed byte.
+    seen: Vec<u8>,
     /// Which labels of the last rows lie outside the other photo, one to a bit.
     outside: Vec<u16>,
     /// What a label costs by itself, from -TABLE on.
@@ -116,6 +116,7 @@ impl<'a> CostRows<'a> {
     }
 
     /// The costs of the next row.
+    #[inline(never)]
     pub fn next(&mut self, out: &mut [Costs]) {
         let from = self.search.from;
         let y = self.next;
@@ -156,18 +157,18 @@ impl<'a> CostRows<'a> {
         let outside = &mut self.outside[slot(y) * width..][..width];
         let seen = &mut self.seen[slot(y) * LABELS * stride..][..LABELS * stride];
         let middle = &search.middle[y * width..][..width];
-        let most = self.to.most();
+        let (most, inverse) = (self.to.most(), 1.0 / search.scale as f32);
         let mut rays = Rays::default();
         for (block, (middle, outside)) in middle.chunks(LANES).zip(outside.chunks_mut(LANES)).enumerate() {
             let x = block * LANES;
             for (i, (&middle, outside)) in middle.iter().zip(outside.iter_mut()).enumerate() {
-                *outside = rays.set(i, &search.motion(x + i, y), f32::from(middle) - HALF as f32, most);
+                *outside = rays.set(i, &search.motion(x + i, y, inverse), f32::from(middle) - HALF as f32, most);
             }
             // Nothing is seen there, and nothing is made of what was seen before.
             if outside.iter().all(|&outside| outside == NOWHERE) {
                 continue;
             }
-            let [mut u, mut v, du, dv] = rays.0;
+            let [u, v, du, dv] = &mut rays.0;
             for row in seen.chunks_exact_mut(stride) {
                 let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
                 for q in 0..4 {
@@ -190,22 +191,23 @@ impl<'a> CostRows<'a> {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];
         let sign = i8x16::splat(i8::MIN);
-        let load_from = |row: &[u8], at: usize| bytemuck::cast::<[u8; LANES], i8x16>(lanes(row, at)) ^ sign;
-        let middle = load_from(from[RADIUS], first);
+        let middle = lanes(window(from[RADIUS], first), RADIUS) ^ sign;
         for (darker, row) in darker.iter_mut().zip(from) {
+            let row = window(row, first);
             for (dx, darker) in darker.iter_mut().enumerate() {
-                *darker = middle.cmp_gt(load_from(row, first + dx - RADIUS));
+                *darker = middle.cmp_gt(lanes(row, dx) ^ sign);
             }
         }
         for (k, out) in out.iter_mut().enumerate().take(LABELS) {
-            let row = |i: usize| &self.seen[(slots[i] * LABELS + k) * stride..][..stride];
-            let middle = i8x16::new(lanes(row(RADIUS), first));
+            let row = |i: usize| window(&self.seen[(slots[i] * LABELS + k) * stride..], first);
+            let middle = lanes(row(RADIUS), RADIUS);
             let mut count = i8x16::splat(0);
             for (i, darker) in darker.iter().enumerate() {
                 let row = row(i);
-                for (dx, &darker) in darker.iter().enumerate() {
-                    count -= middle.cmp_gt(i8x16::new(lanes(row, first + dx - RADIUS))) ^ darker;
-                }
+                let differs = |dx: usize| middle.cmp_gt(lanes(row, dx)) ^ darker[dx];
+                // Written out, so that nothing is counted but pixels.
+                count =
+                    count - differs(0) - differs(1) - differs(2) - differs(3) - differs(4) - differs(5) - differs(6);
             }
             *out = bytemuck::cast(count);
         }
@@ -224,18 +226,23 @@ fn slot(y: usize) -> usize {
     y % ROWS
 }
 
+/// All of a row that windows around 16 pixels from `first` on contain.
 #[inline(always)]
-fn lanes<T: Copy + Default>(row: &[T], at: usize) -> [T; LANES] {
-    row.get(at..).and_then(|row| row.first_chunk()).copied().unwrap_or_default()
+fn window(row: &[u8], first: usize) -> &[u8; LANES + 2 * RADIUS] {
+    row.get(first - RADIUS..).and_then(<[u8]>::first_chunk).unwrap_or(&[0; LANES + 2 * RADIUS])
+}
+
+#[inline(always)]
+fn lanes(window: &[u8; LANES + 2 * RADIUS], dx: usize) -> i8x16 {
+    bytemuck::cast(window[dx..].first_chunk::<LANES>().copied().unwrap_or_default())
 }
 
 impl Search<'_> {
-    /// The motion of a pixel, in pixels of the search per label.
+    /// The motion of a pixel, in pixels of the search per label; `inverse` is that of the scale.
     #[inline(always)]
-    fn motion(&self, x: usize, y: usize) -> Motion {
+    fn motion(&self, x: usize, y: usize, inverse: f32) -> Motion {
         // Blocks are looked up at one of their pixels, which is not quite the middle.
         let shift = (self.scale / 2) as f32;
-        let inverse = 1.0 / self.scale as f32;
         let motion = self.field.motion(x, y, self.scale);
         Motion {
             place: motion.place.map(|p| (p - shift) * inverse),

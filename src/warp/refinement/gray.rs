@@ -96,15 +96,16 @@ impl Corners {
         let (x, y) = (x.max(i32x4::splat(0)).min(last_x), y.max(i32x4::splat(0)).min(last_y));
         let at = (y >> FRACTION) * i32x4::splat(self.width as i32) + (x >> FRACTION);
         let four = i32x4::new(at.to_array().map(|at| self.data.get(at as usize).copied().unwrap_or_default()));
-        let share = |v: i32x4| (v >> (FRACTION - 6)) & i32x4::splat(63);
-        let (right, below) = (share(x), share(y));
+        // Six digits after the point, and the same 16 bit higher.
+        let low = |v: i32x4| (v >> (FRACTION - 6)) & i32x4::splat(63);
+        let high = |v: i32x4| (v << (22 - FRACTION)) & i32x4::splat(63 << 16);
         // Both rows at once, 16 bit each.
         let sixteen = |v: i32x4| bytemuck::cast::<_, i16x8>(v);
         let bytes = i32x4::splat(0x00ff_00ff);
-        let right = right | right << 16;
+        let right = low(x) | high(x);
         let left = i32x4::splat(0x0040_0040) - right;
         let columns = sixteen(four & bytes) * sixteen(left) + sixteen((four >> 8) & bytes) * sixteen(right);
-        let rows = columns.dot(sixteen((below << 16) + i32x4::splat(64) - below));
+        let rows = columns.dot(sixteen(high(y) + i32x4::splat(64) - low(y)));
         (rows + i32x4::splat(2048)) >> 12
     }
 }
