@@ -41,9 +41,9 @@ impl<'a> Clusters<'a> {
         let columns = window.width.div_ceil(TILE);
         let rows = window.height.div_ceil(TILE);
         let mut tiles: Vec<Tile> = defaults(columns * rows)?;
-        for (y, (kinds, inwards)) in kinds.chunks(window.width).zip(inwards.chunks(window.width)).enumerate() {
-            for (x, (_, &inwards)) in kinds.iter().zip(inwards).enumerate().filter(|(_, (kind, _))| **kind == Part::Void) {
-                let tile = &mut tiles[y / TILE * columns + x / TILE];
+        for (at, (&kind, &inwards)) in kinds.iter().zip(inwards).enumerate() {
+            if kind == Part::Void {
+                let tile = &mut tiles[at / window.width / TILE * columns + at % window.width / TILE];
                 tile.deepest = tile.deepest.max(inwards);
             }
         }
