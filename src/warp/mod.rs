@@ -64,6 +64,8 @@ pub struct WarpOptions {
     pub canvas_limit: f64,
     /// Most bytes the canvas and all that goes with it may take.
     pub max_bytes: u64,
+    /// Whether [`Warped::depth`] is wanted.
+    pub depth: bool,
 }
 
 impl Default for WarpOptions {
@@ -77,6 +79,7 @@ impl Default for WarpOptions {
             stretch_limit: 2.0,
             canvas_limit: 2.0,
             max_bytes: 1 << 31,
+            depth: true,
         }
     }
 }
@@ -105,7 +108,7 @@ pub struct Warped {
     /// Where any cell of the target was drawn, voided ones included.
     pub footprint: Mask,
     /// Inverse depth of what the target shows there, in the reference's frame (see [`warp`]), NaN where it shows
-    /// nothing. `None` without parallax.
+    /// nothing. `None` without parallax, and when it is not wanted.
     pub depth: Option<InverseDepth>,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
@@ -160,7 +163,7 @@ pub fn warp(
         };
         render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?
     };
-    let depth = depth::in_reference_frame(depth, &image, forward, canvas.offset);
+    let depth = if options.depth { depth::in_reference_frame(depth, &image, forward, canvas.offset) } else { None };
     report(observer, Stage::Warp, 1.0)?;
     Ok(Warped { image, footprint, depth, offset: canvas.offset, clipped: grid.clipped })
 }

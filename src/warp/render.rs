@@ -22,7 +22,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
-/// target's own inverse depth at every pixel that shows it, anything elsewhere; empty without a map.
+/// target's own inverse depth at every pixel that shows it, if that is wanted, anything elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
     grid: &VertexGrid,
@@ -93,6 +93,7 @@ impl<'a> Painter<'a> {
         let (recover, select, per_place, per_colour) = (self.recover, self.select, self.per_place, self.per_colour);
         let (offset_x, offset_y) = self.canvas.offset;
         let (stride, width, height) = (self.canvas.width, reference.width(), reference.height());
+        let keep_depth = self.scene.options.depth;
         let state = &mut *self.state;
         let pixels = &mut self.pixels[..state.len()];
         let depths = &mut self.depth[..];
@@ -143,7 +144,7 @@ impl<'a> Painter<'a> {
                         continue;
                     }
                 }
-                let nearness = target_depth.map(|depth| tap.nearest(depth.data()));
+                let nearness = target_depth.filter(|_| keep_depth || !inside).map(|depth| tap.nearest(depth.data()));
                 if taken {
                     // The one already there is compared by its own pixel, so that no errors need to be kept.
                     let worse = if inside {
