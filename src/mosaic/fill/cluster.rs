@@ -18,8 +18,8 @@ struct Tile {
 }
 
 /// Which void belongs to which cluster.
-pub(super) struct Clusters<'a> {
-    parts: &'a Parts,
+pub(super) struct Clusters {
+    window: Rect,
     tiles: Vec<Tile>,
     /// Tiles in a row.
     columns: usize,
@@ -34,10 +34,10 @@ pub(super) struct Cluster {
     pub deepest: u32,
 }
 
-impl<'a> Clusters<'a> {
+impl Clusters {
     /// The clusters of all voids, from the top.
-    pub fn of(parts: &'a Parts) -> Result<(Self, Vec<Cluster>)> {
-        let Parts { window, parts: kinds, inwards } = parts;
+    pub fn of(parts: &Parts) -> Result<(Self, Vec<Cluster>)> {
+        let &Parts { window, parts: ref kinds, ref inwards } = parts;
         let columns = window.width.div_ceil(TILE);
         let rows = window.height.div_ceil(TILE);
         let mut tiles: Vec<Tile> = defaults(columns * rows)?;
@@ -76,13 +76,14 @@ impl<'a> Clusters<'a> {
             let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
             clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
         }
-        Ok((Self { parts, tiles, columns }, clusters))
+        Ok((Self { window, tiles, columns }, clusters))
     }
 
-    /// Whether the pixel, one of the window, is a void of that cluster.
-    pub fn has(&self, cluster: &Cluster, x: usize, y: usize) -> bool {
-        let window = self.parts.window;
-        let tile = (y - window.y) / TILE * self.columns + (x - window.x) / TILE;
-        self.tiles[tile].cluster == cluster.number && self.parts.at(x, y) == Part::Void
+    /// The place in `parts` of a pixel of the window if it is a void of that cluster.
+    pub fn find(&self, parts: &Parts, cluster: &Cluster, x: usize, y: usize) -> Option<usize> {
+        let (x, y) = (x - self.window.x, y - self.window.y);
+        let at = y * self.window.width + x;
+        let tile = &self.tiles[y / TILE * self.columns + x / TILE];
+        (tile.cluster == cluster.number && parts.parts[at] == Part::Void).then_some(at)
     }
 }
