@@ -4,23 +4,16 @@ use super::super::crop::Rect;
 use super::super::distance::STRAIGHT;
 use super::parts::{Part, Parts};
 use crate::Result;
-use crate::image::{defaults, reserve};
+use crate::image::{reserve, zeroed};
 
 /// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
 pub(super) const TILE: usize = 32;
 
-#[derive(Clone, Copy, Default)]
-struct Tile {
-    /// Number of the cluster, counted from 1; 0 without one.
-    cluster: u32,
-    /// How far the innermost void is from the nearest pixel to go by; 0 without voids.
-    deepest: u16,
-}
-
 /// Which void belongs to which cluster.
 pub(super) struct Clusters {
     window: Rect,
-    tiles: Vec<Tile>,
+    /// Of every tile the number of its cluster, counted from 1; 0 without one.
+    tiles: Vec<u32>,
     /// Tiles in a row.
     columns: usize,
 }
@@ -40,33 +33,34 @@ impl Clusters {
         let &Parts { window, parts: ref kinds, ref inwards } = parts;
         let columns = window.width.div_ceil(TILE);
         let rows = window.height.div_ceil(TILE);
-        let mut tiles: Vec<Tile> = defaults(columns * rows)?;
+        let mut tiles: Vec<u32> = zeroed(columns * rows)?;
+        // How far the innermost void of a tile is from the nearest pixel to go by; 0 without voids.
+        let mut depths: Vec<u16> = zeroed(columns * rows)?;
         for (at, (&kind, &inwards)) in kinds.iter().zip(inwards).enumerate() {
             if kind == Part::Void {
-                let tile = &mut tiles[at / window.width / TILE * columns + at % window.width / TILE];
-                tile.deepest = tile.deepest.max(inwards);
+                let depth = &mut depths[at / window.width / TILE * columns + at % window.width / TILE];
+                *depth = inwards.max(*depth);
             }
         }
         let (mut clusters, mut open) = (Vec::new(), Vec::new());
         reserve(&mut clusters, tiles.len())?;
         reserve(&mut open, tiles.len())?;
         for first in 0..tiles.len() {
-            if tiles[first].deepest == 0 || tiles[first].cluster != 0 {
+            if depths[first] == 0 || tiles[first] != 0 {
                 continue;
             }
             let number = clusters.len() as u32 + 1;
             let (mut left, mut top, mut right, mut bottom, mut deepest) = (columns, rows, 0, 0, 0);
-            tiles[first].cluster = number;
+            tiles[first] = number;
             open.push(first);
             while let Some(tile) = open.pop() {
                 let (x, y) = (tile % columns, tile / columns);
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
-                deepest = deepest.max(tiles[tile].deepest);
+                deepest = depths[tile].max(deepest);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
-                    let beside = row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns);
-                    for (next, tile) in beside.clone().zip(&mut tiles[beside]) {
-                        if tile.deepest != 0 && tile.cluster == 0 {
-                            tile.cluster = number;
+                    for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
+                        if depths[next] != 0 && tiles[next] == 0 {
+                            tiles[next] = number;
                             open.push(next); // each tile once, so there is room
                         }
                     }
@@ -83,7 +77,7 @@ impl Clusters {
     pub fn find(&self, parts: &Parts, cluster: &Cluster, x: usize, y: usize) -> Option<usize> {
         let (x, y) = (x - self.window.x, y - self.window.y);
         let at = y * self.window.width + x;
-        let tile = &self.tiles[y / TILE * self.columns + x / TILE];
-        (tile.cluster == cluster.number && parts.parts[at] == Part::Void).then_some(at)
+        let tile = self.tiles[y / TILE * self.columns + x / TILE];
+        (tile == cluster.number && parts.parts[at] == Part::Void).then_some(at)
     }
 }
