@@ -118,7 +118,7 @@ pub fn bounds(image: &Image) -> Result<Option<Rect>> {
 
 /// From the first to behind the last one that is true; `None` when none is.
 #[inline(always)]
-pub(super) fn extent(mut row: impl ExactSizeIterator<Item = bool> + DoubleEndedIterator) -> Option<Range<usize>> {
+pub(crate) fn extent(mut row: impl ExactSizeIterator<Item = bool> + DoubleEndedIterator) -> Option<Range<usize>> {
     let first = row.position(|inside| inside)?;
     let more = row.rposition(|inside| inside).map_or(0, |last| last + 1);
     Some(first..first + 1 + more)
@@ -126,7 +126,7 @@ pub(super) fn extent(mut row: impl ExactSizeIterator<Item = bool> + DoubleEndedI
 
 /// The smallest rectangle around what `row` finds in each of so many rows; `None` when it finds nothing.
 #[inline(never)]
-pub(super) fn bounding_box(rows: usize, row: &dyn Fn(usize) -> Option<Range<usize>>) -> Option<Rect> {
+pub(crate) fn bounding_box(rows: usize, row: &dyn Fn(usize) -> Option<Range<usize>>) -> Option<Rect> {
     let mut found: Option<Rect> = None;
     for (y, Range { start, end }) in (0..rows).filter_map(|y| Some((y, row(y)?))) {
         let Rect { x, y: top, width, .. } = found.unwrap_or(Rect { x: start, y, width: 0, height: 0 });

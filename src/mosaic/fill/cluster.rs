@@ -4,23 +4,16 @@ use super::super::crop::Rect;
 use super::super::distance::STRAIGHT;
 use super::parts::{Part, Parts};
 use crate::Result;
-use crate::image::{defaults, reserve};
+use crate::image::{reserve, zeroed};
 
 /// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
 pub(super) const TILE: usize = 32;
 
-#[derive(Clone, Copy, Default)]
-struct Tile {
-    /// Number of the cluster, counted from 1; 0 without one.
-    cluster: u32,
-    /// How far the innermost void is from the nearest pixel to go by; 0 without voids.
-    deepest: u16,
-}
-
 /// Which void belongs to which cluster.
-pub(super) struct Clusters<'a> {
-    parts: &'a Parts,
-    tiles: Vec<Tile>,
+pub(super) struct Clusters {
+    window: Rect,
+    /// Of every tile the number of its cluster, counted from 1; 0 without one.
+    tiles: Vec<u32>,
     /// Tiles in a row.
     columns: usize,
 }
@@ -34,39 +27,40 @@ pub(super) struct Cluster {
     pub deepest: u32,
 }
 
-impl<'a> Clusters<'a> {
+impl Clusters {
     /// The clusters of all voids, from the top.
-    pub fn of(parts: &'a Parts) -> Result<(Self, Vec<Cluster>)> {
-        let Parts { window, parts: kinds, inwards } = parts;
+    pub fn of(parts: &Parts) -> Result<(Self, Vec<Cluster>)> {
+        let &Parts { window, parts: ref kinds, ref inwards } = parts;
         let columns = window.width.div_ceil(TILE);
         let rows = window.height.div_ceil(TILE);
-        let mut tiles: Vec<Tile> = defaults(columns * rows)?;
-        for (y, (kinds, inwards)) in kinds.chunks(window.width).zip(inwards.chunks(window.width)).enumerate() {
-            for (x, (_, &inwards)) in kinds.iter().zip(inwards).enumerate().filter(|(_, (kind, _))| **kind == Part::Void) {
-                let tile = &mut tiles[y / TILE * columns + x / TILE];
-                tile.deepest = tile.deepest.max(inwards);
+        let mut tiles: Vec<u32> = zeroed(columns * rows)?;
+        // How far the innermost void of a tile is from the nearest pixel to go by; 0 without voids.
+        let mut depths: Vec<u16> = zeroed(columns * rows)?;
+        for (at, (&kind, &inwards)) in kinds.iter().zip(inwards).enumerate() {
+            if kind == Part::Void {
+                let depth = &mut depths[at / window.width / TILE * columns + at % window.width / TILE];
+                *depth = inwards.max(*depth);
             }
         }
         let (mut clusters, mut open) = (Vec::new(), Vec::new());
         reserve(&mut clusters, tiles.len())?;
         reserve(&mut open, tiles.len())?;
         for first in 0..tiles.len() {
-            if tiles[first].deepest == 0 || tiles[first].cluster != 0 {
+            if depths[first] == 0 || tiles[first] != 0 {
                 continue;
             }
             let number = clusters.len() as u32 + 1;
             let (mut left, mut top, mut right, mut bottom, mut deepest) = (columns, rows, 0, 0, 0);
-            tiles[first].cluster = number;
+            tiles[first] = number;
             open.push(first);
             while let Some(tile) = open.pop() {
                 let (x, y) = (tile % columns, tile / columns);
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
-                deepest = deepest.max(tiles[tile].deepest);
+                deepest = depths[tile].max(deepest);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
-                    let beside = row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns);
-                    for (next, tile) in beside.clone().zip(&mut tiles[beside]) {
-                        if tile.deepest != 0 && tile.cluster == 0 {
-                            tile.cluster = number;
+                    for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
+                        if depths[next] != 0 && tiles[next] == 0 {
+                            tiles[next] = number;
                             open.push(next); // each tile once, so there is room
                         }
                     }
@@ -76,13 +70,14 @@ impl<'a> Clusters<'a> {
             let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
             clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
         }
-        Ok((Self { parts, tiles, columns }, clusters))
+        Ok((Self { window, tiles, columns }, clusters))
     }
 
-    /// Whether the pixel, one of the window, is a void of that cluster.
-    pub fn has(&self, cluster: &Cluster, x: usize, y: usize) -> bool {
-        let window = self.parts.window;
-        let tile = (y - window.y) / TILE * self.columns + (x - window.x) / TILE;
-        self.tiles[tile].cluster == cluster.number && self.parts.at(x, y) == Part::Void
+    /// The place in `parts` of a pixel of the window if it is a void of that cluster.
+    pub fn find(&self, parts: &Parts, cluster: &Cluster, x: usize, y: usize) -> Option<usize> {
+        let (x, y) = (x - self.window.x, y - self.window.y);
+        let at = y * self.window.width + x;
+        let tile = self.tiles[y / TILE * self.columns + x / TILE];
+        (tile == cluster.number && parts.parts[at] == Part::Void).then_some(at)
     }
 }

@@ -11,7 +11,7 @@ use crate::image::{check_len, check_size};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
-use parts::{Part, Parts, list};
+use parts::{Part, Parts};
 
 /// How voids are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -65,22 +65,26 @@ pub fn fill(
     report(observer, Stage::Fill, 0.0)?;
     let row = |y: usize| extent(voids.data[y * voids.width..(y + 1) * voids.width].iter().map(|&void| void != 0));
     let Some(bounds) = bounding_box(voids.height, &row) else { return report(observer, Stage::Fill, 1.0) };
-    let parts = Parts::of(image, voids, bounds, options)?;
+    let mut parts = Parts::of(image, voids, bounds, options)?;
     let (clusters, alone) = Clusters::of(&parts)?;
-    let (mut gaps, mut filled) = (Vec::new(), Vec::new());
-    list(&mut gaps, bounds, image.width, &|x, y| parts.at(x, y) == Part::Gap)?;
+    let mut filled = Vec::new();
     let share = EXEMPLARS / alone.len() as f32;
     let mut progress = Progress { observer, done: 0.0, share };
     for cluster in &alone {
-        // What there is no piece for that could be copied is filled smoothly, too.
-        if !exemplar::fill(image, voids, &clusters, cluster, guide, &mut filled, &mut progress)? {
-            let rect = cluster.bounds.grown(0, (image.width, image.height));
-            list(&mut gaps, rect, image.width, &|x, y| clusters.has(cluster, x, y))?;
+        let inside = |x, y| clusters.find(&parts, cluster, x, y).is_some();
+        if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
+            // There is no piece that could be copied.
+            let (columns, rows) = cluster.bounds.grown(0, (image.width, image.height)).ranges();
+            for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
+                if let Some(at) = clusters.find(&parts, cluster, x, y) {
+                    parts.parts[at] = Part::Gap;
+                }
+            }
         }
         progress.done += share;
     }
     progress.share = 1.0 - progress.done;
-    smooth::fill(image, &gaps, voids, bounds, options.radius as usize, &mut progress)?;
+    smooth::fill(image, &parts.gaps(image.width)?, voids, bounds, options.radius as usize, &mut progress)?;
     let pixels = image.data.as_chunks_mut::<4>().0;
     filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
     report(observer, Stage::Fill, 1.0)

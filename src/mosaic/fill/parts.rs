@@ -78,25 +78,13 @@ impl Parts {
         Ok(Self { window, parts, inwards })
     }
 
-    /// The part that a pixel of the window is.
-    pub fn at(&self, x: usize, y: usize) -> Part {
-        self.parts[(y - self.window.y) * self.window.width + x - self.window.x]
-    }
-}
-
-/// Lists the pixels of a rectangle that `inside` is true of, counted row by row of a picture `width` wide.
-pub(super) fn list(
-    list: &mut Vec<usize>,
-    rect: Rect,
-    width: usize,
-    inside: &dyn Fn(usize, usize) -> bool,
-) -> Result<()> {
-    let (columns, rows) = rect.ranges();
-    for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-        if inside(x, y) {
-            reserve_more(list, 1)?;
-            list.push(y * width + x);
+    /// The gaps, counted row by row of a picture `width` wide.
+    pub fn gaps(&self, width: usize) -> Result<Vec<usize>> {
+        let mut gaps = Vec::new();
+        for (at, _) in self.parts.iter().enumerate().filter(|(_, part)| **part == Part::Gap) {
+            reserve_more(&mut gaps, 1)?;
+            gaps.push((self.window.y + at / self.window.width) * width + self.window.x + at % self.window.width);
         }
+        Ok(gaps)
     }
-    Ok(())
 }

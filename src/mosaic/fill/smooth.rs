@@ -25,9 +25,9 @@ const NOISE: f32 = 25.0;
 const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
 
 /// Instead of a number: nothing is known of the cell, it is to be filled, it is a pixel not looked at before.
-const UNKNOWN: u32 = u32::MAX;
-const VOID: u32 = u32::MAX - 1;
-const UNSEEN: u32 = u32::MAX - 2;
+const UNKNOWN: u32 = 0;
+const VOID: u32 = u32::MAX;
+const UNSEEN: u32 = u32::MAX - 1;
 
 /// Fills the pixels `voids`, counted row by row, from their borders inwards; what `unknown` marks, which they are part of,
 /// tells nothing about them. `bounds` is around them all. On an error `image` is untouched.
@@ -74,7 +74,7 @@ pub(super) fn fill(
     for &(cell, number) in &order[border..] {
         let (x, y) = ((cell - padding) % stride, (cell - padding) / stride - padding);
         let pixel = &mut image.data.as_chunks_mut::<4>().0[(window.y + y) * image.width + window.x + x];
-        let colour = known[number as usize].colour.to_array();
+        let colour = known[number as usize - 1].colour.to_array();
         pixel.iter_mut().zip(colour).for_each(|(own, v)| *own = (v + 0.5) as u8);
         pixel[3] = 255;
     }
@@ -93,7 +93,6 @@ struct Disc {
 }
 
 /// Four offsets in the disc.
-#[derive(Clone, Copy, Default)]
 struct Shape {
     /// x² + y², x² − y² and 2xy: what the distance from a line through the centre is made of.
     squared: f32x4,
@@ -120,7 +119,7 @@ struct Transport<'a> {
     spread: f32,
     /// The part of the picture that any disc reaches.
     window: Rect,
-    /// Of every cell what it is, or which of `known`. The cells are the window's pixels with as much padding above, below
+    /// Of every cell what it is, or which of `known`, counted from 1. The cells are the window's pixels with as much padding above, below
     /// and between the rows as the disc's radius, so that no disc leaves them.
     numbers: Vec<u32>,
     padding: usize,
@@ -139,11 +138,10 @@ impl<'a> Transport<'a> {
         let (padding, stride) = (radius, window.width + radius);
         let disc = Disc::new(radius, stride)?;
         let cells = (window.height + 2 * padding + 1) * stride;
-        let mut numbers = Vec::new();
-        reserve(&mut numbers, cells)?;
-        numbers.resize(cells, UNKNOWN);
-        for row in numbers[padding * stride + padding..].chunks_mut(stride).take(window.height) {
-            row[..window.width].fill(UNSEEN);
+        let mut numbers = zeroed(cells)?;
+        for y in 0..window.height {
+            let first = (y + padding) * stride + padding;
+            numbers[first..first + window.width].fill(UNSEEN);
         }
         let spread = 1.0 / (16 * radius * radius) as f32;
         let (near, weights) = (zeroed(disc.steps.len())?, zeroed(disc.shapes.len())?);
@@ -152,6 +150,12 @@ impl<'a> Transport<'a> {
 
     fn step(&self, x: isize, y: isize) -> isize {
         y * self.stride.cast_signed() + x
+    }
+
+    /// The cell of a pixel that is counted row by row.
+    fn cell(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel % self.image.width - self.window.x, pixel / self.image.width - self.window.y);
+        (y + self.padding) * self.stride + x + self.padding
     }
 
     /// The pixel of a cell.
@@ -173,19 +177,15 @@ impl<'a> Transport<'a> {
 
     /// Marks the voids; the valid cells next to them, and their numbers.
     fn border(&mut self, voids: &[usize]) -> Result<Vec<(usize, u32)>> {
-        let mut cells = Vec::new();
-        reserve(&mut cells, voids.len())?;
-        for void in voids {
-            let (x, y) = (void % self.image.width - self.window.x, void / self.image.width - self.window.y);
-            let cell = (y + self.padding) * self.stride + x + self.padding;
+        for &void in voids {
+            let cell = self.cell(void);
             self.numbers[cell] = VOID;
-            cells.push(cell);
         }
         let mut border = Vec::new();
-        for cell in cells {
+        for &void in voids {
             reserve_more(&mut border, NEIGHBOURS.len())?;
             for (x, y) in NEIGHBOURS {
-                let next = cell.wrapping_add_signed(self.step(x, y));
+                let next = self.cell(void).wrapping_add_signed(self.step(x, y));
                 if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
                     border.push((next, self.numbers[next]));
                 }
@@ -208,7 +208,7 @@ impl<'a> Transport<'a> {
     fn push(&mut self, pixel: Known) -> Result<u32> {
         reserve_more(&mut self.known, 1)?;
         self.known.push(pixel);
-        Ok(self.known.len() as u32 - 1)
+        Ok(self.known.len() as u32)
     }
     /// Structure tensor of the plane that fits the valid pixels of the 3×3 neighbourhood best, summed over the channels.
     fn tensor(&self, x: usize, y: usize, centre: f32x4) -> f32x4 {
@@ -244,7 +244,7 @@ impl<'a> Transport<'a> {
             if number == UNSEEN {
                 number = self.look(tap)?;
             }
-            if let Some(known) = self.known.get(number as usize) {
+            if let Some(known) = self.known.get(number.wrapping_sub(1) as usize) {
                 self.near[count] = [i.min(last - i) as u32, number];
                 count += 1;
                 structure += known.tensor * self.disc.bells[i];
@@ -267,7 +267,7 @@ impl<'a> Transport<'a> {
         let weights: &[f32] = bytemuck::cast_slice(&self.weights);
         let (mut colour, mut tensor) = (f32x4::ZERO, f32x4::ZERO);
         for &[tap, number] in &self.near[..count] {
-            let (known, weight) = (&self.known[number as usize], f32x4::splat(weights[tap as usize]));
+            let (known, weight) = (&self.known[number as usize - 1], f32x4::splat(weights[tap as usize]));
             colour += known.colour * weight;
             tensor += known.tensor * weight;
         }
@@ -277,34 +277,34 @@ impl<'a> Transport<'a> {
 
 impl Disc {
     fn new(radius: usize, stride: usize) -> Result<Self> {
-        let most = (2 * radius + 1) * (2 * radius + 1);
+        let side = 2 * radius + 1;
         let (mut steps, mut bells, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
-        reserve(&mut steps, most)?;
-        reserve(&mut bells, most)?;
-        reserve(&mut shapes, most.div_ceil(LANES))?;
+        reserve(&mut steps, side * side)?;
+        reserve(&mut bells, side * side)?;
+        // Four x and then four y.
+        let mut offsets: Vec<[f32x4; 2]> = zeroed((side * side).div_ceil(LANES))?;
+        let lanes: &mut [f32] = bytemuck::cast_slice_mut(&mut offsets);
         let r = radius.cast_signed();
         // σ is half the radius, and at least one pixel.
         let variance = ((r * r) as f32 / 4.0).max(1.0);
-        for (x, y) in (-r..=r).flat_map(|y| (-r..=r).map(move |x| (x, y))) {
+        for place in 0..side * side {
+            let (x, y) = ((place % side).cast_signed() - r, (place / side).cast_signed() - r);
             let d2 = x * x + y * y;
             // Half a pixel more, so that the disc of radius 1 has its diagonal neighbours: a front may have no others.
-            if d2 == 0 || d2 > r * r + r {
-                continue;
+            if d2 > 0 && d2 <= r * r + r {
+                let lane = steps.len() / LANES * 2 * LANES + steps.len() % LANES;
+                (lanes[lane], lanes[lane + LANES]) = (x as f32, y as f32);
+                bells.push(bell(f32x4::splat(d2 as f32 / (16.0 * variance))));
+                steps.push(y * stride.cast_signed() + x);
             }
-            let lane = steps.len() % LANES;
-            if lane == 0 {
-                shapes.push(Shape::default());
-            }
-            if let Some(shape) = shapes.last_mut() {
-                shape.squared.as_array_mut()[lane] = d2 as f32;
-                shape.difference.as_array_mut()[lane] = (x * x - y * y) as f32;
-                shape.product.as_array_mut()[lane] = (2 * x * y) as f32;
-                shape.nearness.as_array_mut()[lane] = 1.0 / (d2 as f32).sqrt();
-            }
-            bells.push(bell(f32x4::splat(d2 as f32 / (16.0 * variance))));
-            steps.push(y * stride.cast_signed() + x);
         }
-        shapes.truncate((steps.len() / 2).div_ceil(LANES));
+        let half = (steps.len() / 2).div_ceil(LANES);
+        reserve(&mut shapes, half)?;
+        shapes.extend(offsets[..half].iter().map(|&[x, y]| {
+            let squared = x * x + y * y;
+            let nearness = f32x4::splat(1.0) / squared.sqrt();
+            Shape { squared, difference: x * x - y * y, product: (x + x) * y, nearness }
+        }));
         Ok(Self { steps, bells, shapes })
     }
 }
