@@ -3,6 +3,7 @@
 mod canvas;
 mod cell;
 mod depth;
+mod difference;
 mod forward;
 mod grid;
 mod holes;
@@ -55,8 +56,9 @@ pub struct WarpOptions {
     pub holes: Holes,
     /// β as a share of the target's diagonal.
     pub void_distance: f64,
-    /// How far colours may differ, in levels: where the photos do by this much in every channel, β is 1/√2 of itself, and
-    /// beyond it falls with the square of the difference. Infinite in the paper.
+    /// How far colours may differ, in levels: where photos that are alike do by this much in every channel, β is 1/√2 of
+    /// itself, and less beyond. A fifth of the photos' mean squared difference comes on top of its square: whatever differs
+    /// everywhere says little. Infinite in the paper.
     pub colour_distance: f64,
     /// A cell outside the reference is void when a side is this many times longer than the average cell's.
     pub stretch_limit: f64,
@@ -74,8 +76,8 @@ impl Default for WarpOptions {
             mode: WarpMode::Optimal,
             grid: (0, 0),
             holes: Holes::Nearest,
-            void_distance: 0.018,
-            colour_distance: 36.0,
+            void_distance: 0.02,
+            colour_distance: 12.0,
             stretch_limit: 2.0,
             canvas_limit: 2.0,
             max_bytes: 1 << 31,

@@ -1,6 +1,7 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
 use super::canvas::Canvas;
+use super::difference;
 use super::grid::VertexGrid;
 use super::raster::{BATCH, Covered, LANES, draw_row};
 use super::sample::Tap;
@@ -62,7 +63,7 @@ struct Painter<'a> {
     select: bool,
     /// 1/β², β in pixels of the target.
     per_place: f64,
-    /// 1/3σ², σ being the colour distance.
+    /// 1/3σ²: σ is the colour distance where the photos are alike, and more where they differ anyway.
     per_colour: f64,
 }
 
@@ -81,7 +82,7 @@ impl<'a> Painter<'a> {
             recover,
             select,
             per_place: 1.0 / (options.void_distance * options.void_distance * (w * w + h * h)),
-            per_colour: 1.0 / (3.0 * options.colour_distance * options.colour_distance),
+            per_colour: 1.0 / (3.0 * options.colour_distance * options.colour_distance + 0.2 * difference::mean(scene)),
         })
     }
 
@@ -140,7 +141,7 @@ impl<'a> Painter<'a> {
                 if distance > 0.0 && per_colour > 0.0 {
                     // What is not quite where it should be and does not look like it either is a ghost.
                     let apart = f64::from(error(colour)) * per_colour;
-                    if distance * (1.0 + apart * apart) >= 1.0 {
+                    if distance * (1.0 + apart * (1.0 + apart / 16.0)) >= 1.0 {
                         continue;
                     }
                 }
@@ -174,7 +175,7 @@ impl<'a> Painter<'a> {
 
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
-fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> i32 {
+pub(super) fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> i32 {
     let [r, g, b] = [0, 1, 2].map(|k| i32::from(colour[k]) - i32::from(reference[k]));
     r * r + g * g + b * b
 }

@@ -107,7 +107,7 @@ export interface Options {
   holes: "nearest" | "drop";
   /**
    * β: where forward and reverse model disagree by more than this share of the target's diagonal is a void; by less where
-   * the colours differ too. Down to half of it with depth from the two photos alone.
+   * the colours differ by more than they mostly do. Down to half of it with depth from the two photos alone.
    */
   voidDistance: number;
   /** Outside the reference, a cell longer than this many times the average cell is a void. */
