@@ -56,9 +56,9 @@ pub struct WarpOptions {
     pub holes: Holes,
     /// β as a share of the target's diagonal.
     pub void_distance: f64,
-    /// How far colours may differ, in levels: where photos that are alike do by this much in every channel, β is 1/√2 of
-    /// itself, and less beyond. A fifth of the photos' mean squared difference comes on top of its square: whatever differs
-    /// everywhere says little. Infinite in the paper.
+    /// How far colours may differ, in levels: where photos that are alike do by this much in every channel, β is about 1/√2
+    /// of itself, and less beyond. A share of the photos' mean squared difference comes on top of its square, for whatever
+    /// differs everywhere says little. Infinite in the paper.
     pub colour_distance: f64,
     /// A cell outside the reference is void when a side is this many times longer than the average cell's.
     pub stretch_limit: f64,
