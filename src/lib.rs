@@ -22,6 +22,7 @@ pub mod observer;
 pub mod pipeline;
 pub mod report;
 mod rows;
+mod sort;
 pub mod warp;
 
 #[cfg(target_arch = "wasm32")]

@@ -128,28 +128,20 @@ impl Smoother {
     #[inline(never)]
     pub fn append(&mut self, from: &Window, kernel: &Kernel, to: &mut Window) {
         let y = to.rows as isize;
-        let row = |y: isize| from.blocks(self.mirror.index(y, self.height));
+        let row = |y: isize| from.row(self.mirror.index(y, self.height));
         let last = self.line.len() - 1;
-        let sums = &mut self.line[1..last];
-        for (sum, middle) in sums.iter_mut().zip(row(y)) {
-            *sum = times(middle, kernel.weights[0]);
+        let mut sides = [(&[] as &[f32], &[] as &[f32]); MOST];
+        for (i, side) in (1..).zip(&mut sides[..kernel.radius]) {
+            *side = (row(y - i), row(y + i));
         }
-        for (i, &weight) in (1..).zip(&kernel.weights[1..=kernel.radius]) {
-            for ((sum, above), below) in sums.iter_mut().zip(row(y - i)).zip(row(y + i)) {
-                add(sum, above, below, weight);
-            }
-        }
+        weigh(row(y), &sides, kernel, &mut self.line[1..last]);
         self.mirror_ends(kernel.radius);
         let line: &[f32] = bytemuck::cast_slice(&self.line);
-        for (block, out) in to.next().iter_mut().enumerate() {
-            let x = BLOCK * (block + 1);
-            let mut sum = times(&load(line, x), kernel.weights[0]);
-            for (i, &weight) in (1..).zip(&kernel.weights[1..=kernel.radius]) {
-                let aside = i * self.channels;
-                add(&mut sum, &load(line, x - aside), &load(line, x + aside), weight);
-            }
-            *out = sum;
+        for (i, side) in (1..).zip(&mut sides[..kernel.radius]) {
+            let aside = i * self.channels;
+            *side = (&line[BLOCK - aside..], &line[BLOCK + aside..]);
         }
+        weigh(&line[BLOCK..], &sides, kernel, to.next());
     }
 
     fn mirror_ends(&mut self, radius: usize) {
@@ -163,27 +155,27 @@ impl Smoother {
     }
 }
 
-#[inline(always)]
-fn times(v: &Block, weight: f32) -> Block {
-    [v[0] * weight, v[1] * weight, v[2] * weight, v[3] * weight]
-}
-
-#[inline(always)]
-fn add(sum: &mut Block, a: &Block, b: &Block, weight: f32) {
-    // Written out, so that the sums stay in registers.
-    *sum = [
-        sum[0] + (a[0] + b[0]) * weight,
-        sum[1] + (a[1] + b[1]) * weight,
-        sum[2] + (a[2] + b[2]) * weight,
-        sum[3] + (a[3] + b[3]) * weight,
-    ];
-}
-
-/// A block from any place of a row; zeros past its end.
-#[inline(always)]
-fn load(row: &[f32], x: usize) -> Block {
-    match row.get(x..x + BLOCK).map(|row| row.as_chunks().0) {
-        Some(&[a, b, c, d]) => [a, b, c, d].map(f32x4::new),
-        _ => Block::default(),
+/// The weighted sum of rows: the middle one, and one on either side for every tap.
+#[inline(never)]
+fn weigh(middle: &[f32], sides: &[(&[f32], &[f32]); MOST], kernel: &Kernel, out: &mut [Block]) {
+    let [first, weights @ ..] = &kernel.weights;
+    let taps = kernel.radius.min(MOST);
+    for (x, out) in (0..).step_by(BLOCK).zip(out) {
+        let Some(middle) = block(middle, x) else { return };
+        // Written out, so that the sums stay in registers.
+        let [a, b, c, d] = middle.map(f32x4::new);
+        let mut sum = [a * *first, b * *first, c * *first, d * *first];
+        for ((before, after), &weight) in sides[..taps].iter().zip(weights) {
+            let (Some(before), Some(after)) = (block(before, x), block(after, x)) else { return };
+            let pair = |i: usize| (f32x4::new(before[i]) + f32x4::new(after[i])) * weight;
+            sum = [sum[0] + pair(0), sum[1] + pair(1), sum[2] + pair(2), sum[3] + pair(3)];
+        }
+        *out = sum;
     }
+}
+
+/// A block from any place of a row.
+#[inline(always)]
+fn block(row: &[f32], x: usize) -> Option<&[[f32; 4]; BLOCK / 4]> {
+    row.get(x..x + BLOCK)?.as_chunks().0.first_chunk()
 }

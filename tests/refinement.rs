@@ -2,6 +2,7 @@
 //! farther from it elsewhere.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod fingerprint;
 mod scene;
 
 use depthstitch::error::Stage;
@@ -10,6 +11,7 @@ use depthstitch::image::DepthKind;
 use depthstitch::observer::Observer;
 use depthstitch::warp::{RefineOptions, Refined, View, refine};
 use depthstitch::{Error, Image, InverseDepth};
+use fingerprint::fingerprint;
 use scene::{Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -278,9 +280,7 @@ fn bad_input_is_refused() {
 fn bytes_are_the_same_on_every_platform() {
     let case = Case::of(&scene::gallery());
     let refined = case.refined(&case.priors(5.0), 2.0);
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for byte in refined.target.data().iter().chain(refined.reference.data()).flat_map(|d| d.to_le_bytes()) {
-        hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-    }
+    let bytes = refined.target.data().iter().chain(refined.reference.data()).flat_map(|d| d.to_le_bytes());
+    let hash = fingerprint(bytes.map(u64::from));
     assert_eq!(hash, 0x747f_b056_8e03_cc3a, "{hash:#018x}");
 }

@@ -5,6 +5,7 @@ import * as check from "../models/check.js";
 import { modelError } from "../models/errors.js";
 import { configure, inTurn } from "../models/runtime.js";
 import type { ModelCallOptions } from "../models/types.js";
+import { estimator } from "./estimator.js";
 import {
   type Environment,
   type FileProgress,
@@ -12,7 +13,6 @@ import {
   loadLibrary,
   withSettings,
 } from "./library.js";
-import { toInverse } from "./map.js";
 import type { DepthEstimator, DepthModel, DepthModelOptions } from "./types.js";
 
 /** Depth Anything V2 (Yang et al. 2024) as ONNX. Small is Apache-2.0, the larger two are for non-commercial use. */
@@ -66,13 +66,10 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
   );
   onProgress?.({ stage: "prepare", fraction: 1 });
 
-  return {
+  return estimator({
     device,
-    async estimate(image, call = {}) {
-      const photo = check.image("image", image);
-      const { onProgress, signal } = check.call(call);
-      throwIfAborted(signal);
-      onProgress?.({ stage: "run", fraction: 0 });
+    output,
+    predict(photo, signal) {
       const running = inTurn(async () => {
         throwIfAborted(signal);
         const inputs = await processor(rgb(library, photo));
@@ -80,18 +77,15 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
         if (!depth) throw modelError(`${id} has no output named predicted_depth`);
         return depth;
       });
-      const { data, dims } = await orAborted(running, signal).catch((cause: unknown) => {
+      return orAborted(running, signal).catch((cause: unknown) => {
         throwIfAborted(signal);
         throw modelError(`the depth model ${id} could not be run`, cause);
       });
-      const depth = toInverse(data, dims, output);
-      onProgress?.({ stage: "run", fraction: 1 });
-      return depth;
     },
     async dispose() {
       await inTurn(() => network.dispose());
     },
-  };
+  });
 }
 
 function modelOf(model: NonNullable<DepthModelOptions["model"]>): DepthModel {

@@ -3,7 +3,7 @@ import { orAborted, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
 import { colours, resample } from "../models/resample.js";
 import { openSession } from "../models/runtime.js";
-import { toInverse } from "./map.js";
+import { estimator } from "./estimator.js";
 import type { DepthEstimator, OnnxDepthOptions } from "./types.js";
 
 const names = ["weights", "inputSize", "mean", "std", "output", "device", "cache"];
@@ -33,13 +33,10 @@ export async function loadOnnxDepth(options: OnnxDepthOptions): Promise<DepthEst
     height: height ?? check.positive("inputSize.height", inputSize?.height),
   };
 
-  return {
+  return estimator({
     device,
-    async estimate(image, call = {}) {
-      const photo = check.image("image", image);
-      const { onProgress, signal } = check.call(call);
-      throwIfAborted(signal);
-      onProgress?.({ stage: "run", fraction: 0 });
+    output,
+    async predict(photo, signal) {
       const data = resample(colours(photo), size.width, size.height);
       const area = size.width * size.height;
       for (let c = 0; c < 3; c++) {
@@ -48,13 +45,10 @@ export async function loadOnnxDepth(options: OnnxDepthOptions): Promise<DepthEst
           data[i] = ((data[i] ?? 0) / 255 - shift) / scale;
       }
       const input = { data, dims: [1, 3, size.height, size.width] };
-      const result = await orAborted(session.run([input]), signal);
-      const depth = toInverse(result.data, result.dims, output);
-      onProgress?.({ stage: "run", fraction: 1 });
-      return depth;
+      return orAborted(session.run([input]), signal);
     },
     dispose: () => session.dispose(),
-  };
+  });
 }
 
 function triple(name: string, value: readonly number[]): readonly number[] {

@@ -1,5 +1,5 @@
 /**
- * Fills a mosaic's voids by a network that invents what no photo showed, instead of the core's smooth `fill`. The picture
+ * Fills a mosaic's voids by a network that invents what no photo showed, instead of the core's `fill`. The picture
  * stays on this machine; the network is downloaded to it.
  *
  * Needs the package `onnxruntime-web`. Work is done on the calling thread: call from a worker of your own where a page must

@@ -73,7 +73,6 @@ const wasmEnv = {
       "enable-load-pre=false",
     ].map((option) => `-Cllvm-args=-${option}`),
     "-Zlocation-detail=none",
-    "-Zfmt-debug=none",
   ].join(" "),
 };
 
@@ -137,29 +136,51 @@ function buildWasm({ name, cargo, opt }) {
   const built = join(root, "target", target, "wasm", "depthstitch.wasm");
   const final = join(wasmDir, `${name}_bg.wasm`);
   const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];
-  const inputs = [
-    readFileSync(built),
-    bindgenVersion(),
-    JSON.stringify([opt, wasmFeatures, flags]),
-  ];
+  const inputs = [readFileSync(built), bindgenVersion(), readFileSync(new URL(import.meta.url))];
   unlessFresh(`${name}.sha256`, inputs, outputs, () => {
     run(bin("wasm-bindgen"), [built, "--out-dir", wasmDir, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);
+    const text = join(root, "target", `${name}.wat`);
     cpSync(final, raw);
-    /** @param {string} from @param {string[]} options */
-    const wasmOpt = (from, options) =>
+    /** @param {string} from @param {string} to @param {string[]} options */
+    const wasmOpt = (from, to, options) =>
       run(process.execPath, [
         npmBin("binaryen", "wasm-opt"),
         from,
         "-o",
-        final,
+        to,
         ...options,
         ...wasmFeatures,
       ]);
     // The names are needed until the end, and not beyond.
-    wasmOpt(raw, [...opt, "--debuginfo"]);
-    wasmOpt(final, ["--strip-debug"]);
+    wasmOpt(raw, text, [...opt, "--debuginfo", "--emit-text"]);
+    shortenImports(text, join(wasmDir, `${name}.js`));
+    wasmOpt(text, final, ["--strip-debug"]);
   });
+}
+
+/**
+ * wasm-bindgen names each import by what it is and a hash: together more than a kilobyte that does not compress. Nobody but
+ * its own JavaScript calls them.
+ *
+ * @param {string} text the module @param {string} glue the JavaScript
+ */
+function shortenImports(text, glue) {
+  /** @type {Map<string, string>} */
+  const short = new Map();
+  const module = readFileSync(text, "utf8").replace(
+    /\(import "(.*?)" "(.*?)"/g,
+    (_, from, name) => {
+      short.set(name, `i${short.size.toString(36)}`);
+      return `(import "${from}" "${short.get(name)}"`;
+    },
+  );
+  writeFileSync(text, module);
+  const names = readFileSync(glue, "utf8").replace(
+    /^( {8})(\w+)(?=: function)/gm,
+    (_, indent, name) => indent + (short.get(name) ?? name),
+  );
+  writeFileSync(glue, names);
 }
 
 const flags = [

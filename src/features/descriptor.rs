@@ -42,7 +42,8 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
     let radius = side * half * (cos.abs() + sin.abs());
     let (cos, sin) = (cos / side, sin / side);
     let span = |low: f32, high: f32, size: usize| -> (usize, usize) {
-        (low.max(0.0) as usize + 1, (high.max(0.0) as usize + 1).min(size - 1))
+        // The cast takes what is negative for zero.
+        (low as usize + 1, (high as usize + 1).min(size - 1))
     };
     let (top, bottom) = span(y - radius, y + radius, plane.height);
     let (left, right) = span(x - radius, x + radius, plane.width);
@@ -53,7 +54,9 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
     bell(top as f32 - y, falloff, &mut down);
     let lanes = f32x4::new([0.0, 1.0, 2.0, 3.0]);
     let middle = f32x4::splat(CELLS as f32 / 2.0 - 0.5);
-    let one = f32x4::splat(1.0);
+    // A sample's shares of the four cells are linear in its place between them.
+    let (upper, lower) = (f32x4::new([1.0, 1.0, 0.0, 0.0]), f32x4::new([-1.0, -1.0, 1.0, 1.0]));
+    let (before, behind) = (f32x4::new([1.0, 0.0, 1.0, 0.0]), f32x4::new([-1.0, 1.0, -1.0, 1.0]));
     for (row, weight) in (top..bottom).zip(down) {
         let dy = row as f32 - y;
         // Both |dx·cos + dy·sin| and |dy·cos − dx·sin| have to be less than the half.
@@ -61,7 +64,9 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
         for (slope, shift) in [(cos, dy * sin), (-sin, dy * cos)] {
             if slope.abs() * radius > 1e-3 {
                 let (a, b) = ((-half - shift) / slope, (half - shift) / slope);
-                (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
+                let (a, b) = if a < b { (a, b) } else { (b, a) };
+                low = if low < a { a } else { low };
+                high = if b < high { b } else { high };
             }
         }
         let (first, end) = span(x + low, x + high, plane.width);
@@ -82,16 +87,14 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
             let k = turned.fast_trunc_int();
             let fk = turned - f32x4::from_i32x4(k);
             let place = (j * PLACES as i32 + i) * BINS as i32;
-            let (bottom_part, top_part) = (magnitude * fv, magnitude * (one - fv));
-            let weights =
-                f32x4::transpose([top_part * (one - fu), top_part * fu, bottom_part * (one - fu), bottom_part * fu]);
-            let (place, k, fk) = (place.to_array(), k.to_array(), fk.to_array());
+            let (magnitude, fu, fv, fk) = (magnitude.to_array(), fu.to_array(), fv.to_array(), fk.to_array());
+            let (place, k) = (place.to_array(), k.to_array());
             for lane in 0..4 {
-                let after = weights[lane] * f32x4::splat(fk[lane]);
-                let before = weights[lane] - after;
+                let weights = (lower * fv[lane] + upper) * magnitude[lane] * (behind * fu[lane] + before);
+                let next = weights * fk[lane];
                 let bin = k[lane] as usize;
-                corners[(place[lane] as usize + bin % BINS) % 256] += before;
-                corners[(place[lane] as usize + (bin + 1) % BINS) % 256] += after;
+                corners[(place[lane] as usize + bin % BINS) % 256] += weights - next;
+                corners[(place[lane] as usize + (bin + 1) % BINS) % 256] += next;
             }
             column += 4;
         }
@@ -126,13 +129,10 @@ fn gather(corners: &Corners) -> [f32; LENGTH] {
 #[inline(never)]
 fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
     let limit = CUT * norm(cells);
-    let mut values = *cells;
-    for v in &mut values {
-        *v = v.min(limit);
-        if root {
-            *v = v.sqrt();
-        }
-    }
+    let values = cells.map(|v| {
+        let v = if v < limit { v } else { limit };
+        if root { v.sqrt() } else { v }
+    });
     let scale = SCALE / norm(&values).max(f32::MIN_POSITIVE);
     values.map(|v| (v * scale + 0.5) as u8)
 }

@@ -7,10 +7,10 @@ use super::luma::luma;
 use super::orientation::orientations;
 use super::scale_space::{Builder, LEAST_SIDE, Levels, SCALES, SIGMA};
 use super::selection::select;
-use super::sort::sorted;
 use super::{DetectOptions, Features, Keypoint};
 use crate::image::reserve;
 use crate::observer::{Observer, report};
+use crate::sort::sorted;
 use crate::{Error, ImageView, Result, Stage};
 
 /// How far below the contrast threshold the search goes when there are too few keypoints.
@@ -84,7 +84,7 @@ fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
     let (width, height) = if options.upsample { (2 * w, 2 * h) } else { (w, h) };
     // The grey picture; the levels of all octaves with what the next one starts from; the rows in the pipeline.
     let pixels = width.saturating_mul(height);
-    let bytes = (4 * w).saturating_mul(h).saturating_add(pixels.saturating_mul(7)).saturating_add(width * 1600);
+    let bytes = (4 * w).saturating_mul(h).saturating_add(pixels.saturating_mul(13)).saturating_add(width * 1600);
     if bytes > options.max_bytes {
         return Err(Error::TooLarge { width, height, bytes, limit: options.max_bytes }.into());
     }

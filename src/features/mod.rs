@@ -14,7 +14,6 @@ mod nearest;
 mod orientation;
 mod scale_space;
 mod selection;
-pub(crate) mod sort;
 
 pub use descriptor::LENGTH;
 pub use detect::detect;

@@ -40,8 +40,8 @@ fn histogram(plane: &Plane, [x, y]: [f32; 2], sigma: f32) -> [f32; BINS] {
     let falloff = 0.5 / (deviation * deviation);
     let mut histogram = [0.0f32; BINS];
     let span = |centre: f32, radius: f32, size: usize| -> (usize, usize) {
-        let first = (centre - radius).max(0.0) as usize + 1;
-        (first, ((centre + radius).max(0.0) as usize + 1).min(size - 1))
+        // The cast takes what is negative for zero.
+        ((centre - radius) as usize + 1, ((centre + radius) as usize + 1).min(size - 1))
     };
     let (top, bottom) = span(y, radius, plane.height);
     let (left, right) = span(x, radius, plane.width);

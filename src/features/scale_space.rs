@@ -3,9 +3,9 @@
 //!
 //! An octave is a pipeline of rows: each level is smoothed out of the one above as soon as that has enough rows, and
 //! only as many rows are kept as the next step reaches. What stays is the three levels that keypoints are described
-//! on, as 16-bit integers, and the picture that the next octave starts from.
+//! on and the picture that the next octave starts from.
 
-use wide::{f32x4, i16x8, i32x4, i32x8};
+use wide::f32x4;
 
 use super::extrema::{self, Extremum};
 use super::luma::Luma;
@@ -20,8 +20,6 @@ pub(super) const SCALES: usize = 3;
 pub(super) const SIGMA: f64 = 1.6;
 /// What a photo is taken to have been smoothed with, in its pixels.
 const CAMERA_SIGMA: f64 = 0.5;
-/// Grey levels of [`Plane`] per grey level of the photo.
-const FINENESS: f32 = 128.0;
 /// Rows each step of the pipeline makes at a time.
 const BATCH: usize = 8;
 /// Turns of the pipeline between two reports.
@@ -32,10 +30,10 @@ pub(super) const LEAST_SIDE: usize = 16;
 /// Each level is stored at every so many pixels of its octave, 1 or 2: its smoothing leaves nothing in between.
 const STEPS: [usize; SCALES] = [1, 1, 2];
 
-/// One level, or every `step`-th pixel of it: grey levels times [`FINENESS`], rows of `stride` values.
+/// One level, or every `step`-th pixel of it, in rows of `stride` grey levels.
 pub(super) struct Plane {
     pub step: usize,
-    pub data: Vec<i16>,
+    pub data: Vec<f32>,
     pub width: usize,
     pub height: usize,
     pub stride: usize,
@@ -47,7 +45,7 @@ impl Plane {
     fn new(width: usize, height: usize, step: usize) -> Result<Self> {
         let (width, height) = (width.div_ceil(step), height.div_ceil(step));
         // Whoever looks at four pixels from any of them on stays in its row.
-        let stride = (width + 4).next_multiple_of(2 * BLOCK);
+        let stride = (width + 4).next_multiple_of(BLOCK);
         let mut data = Vec::new();
         reserve(&mut data, stride * height)?;
         Ok(Self { data, width, height, stride, step })
@@ -55,23 +53,11 @@ impl Plane {
 
     /// Takes in row `y` of the octave.
     #[inline(never)]
-    fn push(&mut self, y: usize, row: &[Block]) {
-        if !y.is_multiple_of(self.step) {
-            return;
+    fn push(&mut self, y: usize, row: &[f32]) {
+        if y.is_multiple_of(self.step) {
+            self.data.extend(row.iter().step_by(self.step));
+            self.data.resize((y / self.step + 1) * self.stride, 0.0);
         }
-        for block in row {
-            // Adding a half before cutting off rounds; nothing here is negative by more than that.
-            let [a, b, c, d] = block.map(|v| (v * FINENESS + f32x4::splat(0.5)).fast_trunc_int());
-            for pair in [[a, b], [c, d]] {
-                let eight = i16x8::from_i32x8_saturate(bytemuck::cast::<[i32x4; 2], i32x8>(pair)).to_array();
-                if self.step == 1 {
-                    self.data.extend_from_slice(&eight);
-                } else {
-                    self.data.extend([eight[0], eight[2], eight[4], eight[6]]);
-                }
-            }
-        }
-        self.data.resize(self.data.len().next_multiple_of(self.stride), 0);
     }
 }
 
@@ -231,7 +217,7 @@ impl Builder {
                     smoother.append(above, kernel, here);
                     subtract(here.blocks(y), above.blocks(y), differences[level - 1].next());
                     if let Some(plane) = levels.get_mut(level - 1) {
-                        plane.push(y, here.blocks(y));
+                        plane.push(y, here.row(y));
                     }
                     if level == SCALES && y % 2 == 0 && y / 2 < next.height {
                         next.data.extend(here.row(y).as_chunks::<2>().0[..next.width].iter().map(|pair| pair[0]));
@@ -253,18 +239,19 @@ fn subtract(a: &[Block], b: &[Block], out: &mut [Block]) {
 }
 
 impl Plane {
-    /// Central differences along x and y at four pixels from (x, y) on, in [`FINENESS`]-ths of half a grey level. Not at the
-    /// plane's border.
+    /// Central differences along x and y at four pixels from (x, y) on, in half grey levels. Not at the plane's border.
     #[inline(always)]
     pub fn gradient(&self, x: usize, y: usize) -> (f32x4, f32x4) {
         let at = y * self.stride + x;
-        let difference = |a: usize, b: usize| match (self.data.get(a..a + 4), self.data.get(b..b + 4)) {
-            (Some(a), Some(b)) => {
-                let d: [i32; 4] = std::array::from_fn(|i| i32::from(a[i]) - i32::from(b[i]));
-                f32x4::from_i32x4(i32x4::new(d))
-            }
-            _ => f32x4::splat(0.0),
-        };
-        (difference(at + 1, at - 1), difference(at + self.stride, at - self.stride))
+        (self.difference(at + 1, at - 1), self.difference(at + self.stride, at - self.stride))
+    }
+
+    #[inline(always)]
+    fn difference(&self, a: usize, b: usize) -> f32x4 {
+        let four = |at: usize| self.data.get(at..).and_then(|rest| rest.first_chunk());
+        match (four(a), four(b)) {
+            (Some(a), Some(b)) => f32x4::new(*a) - f32x4::new(*b),
+            _ => f32x4::ZERO,
+        }
     }
 }

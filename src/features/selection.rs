@@ -1,9 +1,9 @@
 //! Which extrema become keypoints: the strong ones, and weaker ones where there are few.
 
 use super::extrema::Extremum;
-use super::sort::{sort, sorted};
 use crate::Result;
 use crate::image::zeroed;
+use crate::sort::{sort, sorted};
 
 /// Cells along the longer side of the photo.
 const CELLS: f32 = 12.0;

@@ -1,7 +1,7 @@
 //! Which matches can be used at all.
 
 use super::{Frame, Match};
-use crate::features::sort::sort;
+use crate::sort::sort;
 
 /// A match that can be used.
 #[derive(Debug, Clone, Copy)]

@@ -2,7 +2,8 @@
 
 mod ssim;
 
-use crate::mosaic::check_canvas;
+use crate::mosaic::crop::{bounding_box, extent};
+use crate::mosaic::{Rect, check_canvas};
 use crate::warp::Warped;
 use crate::{Error, ImageView, Result};
 
@@ -32,7 +33,9 @@ pub struct Quality {
 pub fn quality(warped: &Warped, reference: ImageView<'_>) -> Result<Quality> {
     check_canvas(warped, reference)?;
     let whole = Overlap { warped, reference, left: 0, top: 0, width: reference.width(), height: reference.height() };
-    let overlap = whole.bounding_box().ok_or(Error::NoOverlap { pixels: 0 })?;
+    let row = |y: usize| extent(whole.row(y).0.iter().map(|pixel| pixel[3] != 0));
+    let Rect { x, y, width, height } = bounding_box(reference.height(), &row).ok_or(Error::NoOverlap { pixels: 0 })?;
+    let overlap = Overlap { left: x, top: y, width, height, ..whole };
     let (mut covered, mut error) = (0u64, 0u64);
     for (target, reference) in overlap.rows() {
         let (pixels, squared) = squared_error(target, reference);
@@ -73,21 +76,6 @@ impl<'a> Overlap<'a> {
 
     fn rows(&self) -> impl Iterator<Item = (&'a [[u8; 4]], &'a [[u8; 4]])> {
         (0..self.height).map(|y| self.row(y))
-    }
-
-    /// The smallest rectangle with all valid pixels; `None` when there are none.
-    fn bounding_box(self) -> Option<Self> {
-        let valid = |pixel: &[u8; 4]| pixel[3] != 0;
-        let top = self.rows().position(|(row, _)| row.iter().any(valid))?;
-        let (mut left, mut right, mut bottom) = (self.width, 0, 0);
-        for (y, (row, _)) in self.rows().enumerate().skip(top) {
-            if let Some(first) = row.iter().position(valid) {
-                left = left.min(first);
-                right = right.max(row.iter().rposition(valid).map_or(0, |last| last + 1));
-                bottom = y + 1;
-            }
-        }
-        Some(Self { left, top, width: right - left, height: bottom - top, ..self })
     }
 }
 

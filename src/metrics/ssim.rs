@@ -21,6 +21,8 @@ const C2: f32 = (0.03 * 255.0) * (0.03 * 255.0);
 /// Grey levels are taken relative to this: variances do not change, but their rounding errors shrink fourfold.
 const MIDDLE: f32 = 128.0;
 const CHANNELS: usize = 3;
+/// What is smoothed: of target t and reference r, t, r, t² + r² and t·r.
+const MAPS: usize = 4;
 
 /// Mean SSIM.
 pub(super) struct Similarity {
@@ -36,11 +38,14 @@ pub(super) fn similarity(overlap: &Overlap<'_>, covered: u64) -> Result<Similari
     let border = if width.min(height) < TAPS { 0 } else { RADIUS };
     let (kernel, _) = Kernel::bell(SIGMA * SIGMA, RADIUS);
     let mut smoother = Smoother::new(width, height, CHANNELS, Mirror::AtEdge)?;
-    let windows = |rows: usize| -> Result<[Window; 4]> {
-        let window = || Window::new(CHANNELS * width, rows);
-        Ok([window()?, window()?, window()?, window()?])
+    let windows = |rows: usize| -> Result<Vec<Window>> {
+        let mut windows = Vec::new();
+        for _ in 0..MAPS {
+            windows.push(Window::new(CHANNELS * width, rows)?);
+        }
+        Ok(windows)
     };
-    // Of target t and reference r: t, r, t² + r², t·r, as they are and smoothed.
+    // The maps as they are and smoothed.
     let (mut plain, mut smooth) = (windows(TAPS)?, windows(1)?);
     let mut map: Vec<Block> = zeroed(plain[0].blocks(0).len())?;
     let (mut whole, mut masked) = (0.0, 0.0);
@@ -68,7 +73,8 @@ pub(super) fn similarity(overlap: &Overlap<'_>, covered: u64) -> Result<Similari
 }
 
 /// Appends a row: red, green, blue, red, … so that one loop smooths all three.
-fn take_in(target: &[[u8; 4]], reference: &[[u8; 4]], [t, r, squares, product]: &mut [Window; 4]) {
+fn take_in(target: &[[u8; 4]], reference: &[[u8; 4]], maps: &mut [Window]) {
+    let [t, r, squares, product] = maps else { return };
     let (t, r) = (t.next(), r.next());
     let values = bytemuck::cast_slice_mut::<_, f32>(t).as_chunks_mut::<CHANNELS>().0.iter_mut();
     let others = bytemuck::cast_slice_mut::<_, f32>(r).as_chunks_mut::<CHANNELS>().0.iter_mut();
@@ -85,7 +91,7 @@ fn take_in(target: &[[u8; 4]], reference: &[[u8; 4]], [t, r, squares, product]: 
 }
 
 /// SSIM of every value of row `y`.
-fn compare(smooth: &[Window; 4], y: usize, out: &mut [Block]) {
+fn compare(smooth: &[Window], y: usize, out: &mut [Block]) {
     let [t, r, squares, product] = [0, 1, 2, 3].map(|map| smooth[map].blocks(y).as_flattened());
     let (one, two, middle) = (f32x4::splat(C1), f32x4::splat(C2), f32x4::splat(MIDDLE));
     for ((((out, &t), &r), &squares), &product) in

@@ -27,6 +27,14 @@ impl Rect {
         Self { x, y, width: right - x, height: bottom - y }
     }
 
+    /// The smallest rectangle around it that is made of the tiles of a picture of that size.
+    pub(super) fn tiled(self, side: usize, (width, height): (usize, usize)) -> Self {
+        let (x, y) = (self.x / side * side, self.y / side * side);
+        let right = (self.x + self.width).next_multiple_of(side).min(width);
+        let bottom = (self.y + self.height).next_multiple_of(side).min(height);
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
     /// Its columns and rows.
     pub(super) fn ranges(self) -> (Range<usize>, Range<usize>) {
         (self.x..self.x + self.width, self.y..self.y + self.height)
@@ -60,11 +68,7 @@ pub fn inner(image: &Image) -> Result<Option<Rect>> {
     reserve(&mut rising, image.width)?;
     let mut best: Option<Rect> = None;
     for (y, row) in image.data.chunks_exact(4 * image.width).enumerate() {
-        for (height, pixel) in heights.iter_mut().zip(row.as_chunks::<4>().0) {
-            *height = if pixel[3] == 0 { 0 } else { *height + 1 };
-        }
-        // A column of height 0 behind the last one closes all that are open.
-        for (x, height) in heights.iter().copied().chain([0]).enumerate() {
+        let mut turn = |x: usize, height: usize| {
             let mut first = x;
             while let Some(&(start, tall)) = rising.last().filter(|(_, tall)| *tall > height) {
                 rising.pop();
@@ -77,7 +81,18 @@ pub fn inner(image: &Image) -> Result<Option<Rect>> {
             if height > 0 && rising.last().is_none_or(|(_, tall)| *tall < height) {
                 rising.push((first, height));
             }
+        };
+        let mut before = 0;
+        for (x, (height, pixel)) in heights.iter_mut().zip(row.as_chunks::<4>().0).enumerate() {
+            *height = if pixel[3] == 0 { 0 } else { *height + 1 };
+            // Most columns are as high as the one before.
+            if *height != before {
+                turn(x, *height);
+                before = *height;
+            }
         }
+        // A column of height 0 behind the last one closes all that are open.
+        turn(image.width, 0);
     }
     Ok(best)
 }
@@ -94,23 +109,31 @@ fn precedes(a: &Rect, b: &Rect) -> bool {
 /// `invalid-argument` or `size-mismatch` when the picture is not what its size says.
 pub fn bounds(image: &Image) -> Result<Option<Rect>> {
     check_len("image", image.data.len(), image.width, image.height, 4)?;
-    let pixels = image.data.as_chunks::<4>().0;
-    Ok(bounding_box((image.width, image.height), &|i| pixels[i][3] != 0))
+    let row = |y: usize| {
+        let row = &image.data[4 * y * image.width..4 * (y + 1) * image.width];
+        extent(row.as_chunks::<4>().0.iter().map(|pixel| pixel[3] != 0))
+    };
+    Ok(bounding_box(image.height, &row))
 }
 
-/// The smallest rectangle with all pixels of a picture that `inside` is true of; `None` when there are none.
+/// From the first to behind the last one that is true; `None` when none is.
+#[inline(always)]
+pub(crate) fn extent(mut row: impl ExactSizeIterator<Item = bool> + DoubleEndedIterator) -> Option<Range<usize>> {
+    let first = row.position(|inside| inside)?;
+    let more = row.rposition(|inside| inside).map_or(0, |last| last + 1);
+    Some(first..first + 1 + more)
+}
+
+/// The smallest rectangle around what `row` finds in each of so many rows; `None` when it finds nothing.
 #[inline(never)]
-pub(super) fn bounding_box((width, height): (usize, usize), inside: &dyn Fn(usize) -> bool) -> Option<Rect> {
-    let (mut left, mut right, mut top, mut bottom) = (width, 0, height, 0);
-    for y in 0..height {
-        let at = |x: &usize| inside(y * width + x);
-        if let Some(first) = (0..width).find(at) {
-            (left, right) = (left.min(first), right.max(first + 1));
-            right = (right..width).rfind(at).map_or(right, |last| last + 1);
-            (top, bottom) = (top.min(y), y + 1);
-        }
+pub(crate) fn bounding_box(rows: usize, row: &dyn Fn(usize) -> Option<Range<usize>>) -> Option<Rect> {
+    let mut found: Option<Rect> = None;
+    for (y, Range { start, end }) in (0..rows).filter_map(|y| Some((y, row(y)?))) {
+        let Rect { x, y: top, width, .. } = found.unwrap_or(Rect { x: start, y, width: 0, height: 0 });
+        let left = x.min(start);
+        found = Some(Rect { x: left, y: top, width: end.max(x + width) - left, height: y + 1 - top });
     }
-    (left < width).then(|| Rect { x: left, y: top, width: right - left, height: bottom - top })
+    found
 }
 
 /// The part of a picture in a rectangle.

@@ -38,10 +38,10 @@ pub(super) fn blend(
                 continue;
             }
             let from_seam = match to_target[i] {
-                0 => share(to_reference[i]),
-                distance => -share(distance),
+                0 => share(to_reference[i].into()),
+                distance => -share(distance.into()),
             };
-            let most = share(inside[i].min(to_outside((reference.left + x, y), (width, height))));
+            let most = share(u32::from(inside[i]).min(to_outside((reference.left + x, y), (width, height))));
             let least = 1.0 - share(to_outside((x, y - reference.top), size));
             let target = (0.5 + 0.5 * from_seam).min(most).max(least.min(most));
             for (own, other) in pixel.iter_mut().zip([r, g, b]) {

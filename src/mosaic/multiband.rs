@@ -10,7 +10,7 @@ use std::ops::Range;
 use wide::f32x4;
 
 use super::canvas::Placed;
-use super::crop::bounding_box;
+use super::crop::{bounding_box, extent};
 use super::span::Span;
 use crate::image::{reserve, zeroed};
 use crate::{Image, Mask, Result};
@@ -67,15 +67,16 @@ pub(super) fn blend(
 
 /// The rectangle within `reach` of any place where the two photos meet.
 fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
-    let meets = |i: usize| {
-        let here = seam.data[i];
-        let right = if (i + 1).is_multiple_of(seam.width) { here } else { seam.data[i + 1] };
-        let below = seam.data.get(i + seam.width).copied().unwrap_or(here);
-        // 1 and 2 are the only labels that differ in both bits.
-        here ^ right == 3 || here ^ below == 3
+    let (width, height) = (seam.width, seam.height);
+    let meetings = |y: usize| {
+        let row = &seam.data[y * width..(y + 1) * width];
+        let below = seam.data.get((y + 1) * width..(y + 2) * width).unwrap_or(row);
+        extent(row.iter().zip(below).enumerate().map(|(x, (here, below))| {
+            // 1 and 2 are the only labels that differ in both bits.
+            here ^ below == 3 || row.get(x + 1).is_some_and(|right| here ^ right == 3)
+        }))
     };
-    let size = (seam.width, seam.height);
-    bounding_box(size, &meets).map(|meeting| meeting.grown(reach, size).ranges())
+    bounding_box(height, &meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
 }
 
 /// The photos in the rectangle that is blended.

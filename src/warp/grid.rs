@@ -50,16 +50,17 @@ impl VertexGrid {
         let (mut px, mut py) = (Vec::new(), Vec::new());
         reserve(&mut px, stride * (rows + 1))?;
         reserve(&mut py, stride * (rows + 1))?;
-        let mut clipped = false;
+        px.resize(stride * (rows + 1), INVALID);
+        py.resize(stride * (rows + 1), INVALID);
+        let (mut clipped, mut least, mut most) = (false, [i32::MAX; 2], [INVALID; 2]);
         let mut depths: Vec<f32> = zeroed(columns + 1)?;
-        let (mut row_x, mut row_y) = (vec![INVALID; stride], vec![INVALID; stride]);
-        for j in 0..=rows {
+        for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
             let y = j as f64 * dy;
             sample_row(depth, dx, y, &mut depths);
             let coefficients = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
             let [u, v, w] = [0, 1, 2].map(coefficients);
             let at = |(h, c, e): (f64, f64, f64), x: f64, d: f64| h * x + c + e * d;
-            for (i, ((&d, row_x), row_y)) in depths.iter().zip(&mut row_x).zip(&mut row_y).enumerate() {
+            for (i, ((&d, px), py)) in depths.iter().zip(row_x).zip(row_y).enumerate() {
                 let (x, d) = (i as f64 * dx, f64::from(d));
                 let scale = 1.0 / at(w, x, d);
                 let (mapped_x, mapped_y) = (at(u, x, d) * scale, at(v, x, d) * scale);
@@ -67,13 +68,18 @@ impl VertexGrid {
                 let in_front = scale > 0.0;
                 let visible = in_front && limits.contains(mapped_x, mapped_y);
                 clipped |= in_front && !visible;
-                *row_x = if visible { fixed(mapped_x) } else { INVALID };
-                *row_y = if visible { fixed(mapped_y) } else { INVALID };
+                if visible {
+                    let (x, y) = (fixed(mapped_x), fixed(mapped_y));
+                    (*px, *py) = (x, y);
+                    least = [least[0].min(x), least[1].min(y)];
+                    most = [most[0].max(x), most[1].max(y)];
+                }
             }
-            px.extend_from_slice(&row_x);
-            py.extend_from_slice(&row_y);
         }
-        let bounds = bounds(&px, &py)?;
+        if most[0] == INVALID {
+            return Err(Error::NoOverlap { pixels: 0 }.into());
+        }
+        let bounds = [least[0], least[1], most[0], most[1]].map(|v| f64::from(v) / SUBPIXEL);
         Ok(Self { cells: [columns, rows], step: [dx, dy], x: px, y: py, stride, bounds, clipped })
     }
 
@@ -128,16 +134,6 @@ fn sample_row(depth: Option<&InverseDepth>, dx: f64, y: f64, out: &mut [f32]) {
         Some(row) if row.len() == out.len() && y.fract() == 0.0 => out.copy_from_slice(row),
         _ => out.iter_mut().enumerate().for_each(|(i, out)| *out = depth.sample(i as f64 * dx, y) as f32),
     }
-}
-
-/// Smallest and largest x and y. Plain folds, which the compiler turns into SIMD.
-fn bounds(x: &[i32], y: &[i32]) -> Result<[f64; 4]> {
-    let least = |v: &[i32]| v.iter().fold(i32::MAX, |m, &v| m.min(if v == INVALID { i32::MAX } else { v }));
-    let most = |v: &[i32]| v.iter().fold(INVALID, |m, &v| m.max(v));
-    if most(x) == INVALID {
-        return Err(Error::NoOverlap { pixels: 0 }.into());
-    }
-    Ok([least(x), least(y), most(x), most(y)].map(|v| f64::from(v) / SUBPIXEL))
 }
 
 #[inline(always)]

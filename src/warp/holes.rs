@@ -28,7 +28,7 @@ fn fill_nearest(depth: &InverseDepth) -> Result<InverseDepth> {
         let (dx, dy) = (x - (at % w) as i64, y - (at / w) as i64);
         dx * dx + dy * dy
     };
-    let mut relax = |at: usize, neighbour: usize| {
+    let relax: &mut dyn FnMut(usize, usize) = &mut |at: usize, neighbour: usize| {
         let candidate = source[neighbour];
         if candidate != UNKNOWN && (source[at] == UNKNOWN || distance2(candidate, at) < distance2(source[at], at)) {
             source[at] = candidate;

@@ -64,6 +64,8 @@ pub struct WarpOptions {
     pub canvas_limit: f64,
     /// Most bytes the canvas and all that goes with it may take.
     pub max_bytes: u64,
+    /// Whether [`Warped::depth`] is wanted.
+    pub depth: bool,
 }
 
 impl Default for WarpOptions {
@@ -77,6 +79,7 @@ impl Default for WarpOptions {
             stretch_limit: 2.0,
             canvas_limit: 2.0,
             max_bytes: 1 << 31,
+            depth: true,
         }
     }
 }
@@ -105,7 +108,7 @@ pub struct Warped {
     /// Where any cell of the target was drawn, voided ones included.
     pub footprint: Mask,
     /// Inverse depth of what the target shows there, in the reference's frame (see [`warp`]), NaN where it shows
-    /// nothing. `None` without parallax.
+    /// nothing. `None` without parallax, and when it is not wanted.
     pub depth: Option<InverseDepth>,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
@@ -160,7 +163,7 @@ pub fn warp(
         };
         render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?
     };
-    let depth = depth::in_reference_frame(depth, &image, forward, canvas.offset);
+    let depth = if options.depth { depth::in_reference_frame(depth, &image, forward, canvas.offset) } else { None };
     report(observer, Stage::Warp, 1.0)?;
     Ok(Warped { image, footprint, depth, offset: canvas.offset, clipped: grid.clipped })
 }
@@ -172,23 +175,16 @@ fn check(
     reverse: &Model,
     options: &WarpOptions,
 ) -> Result<()> {
-    let positive = |name, value: f64| {
-        if value.is_finite() && value > 0.0 {
-            Ok(())
-        } else {
-            Err(Error::InvalidArgument { name, expected: "a finite number above 0", value })
+    let positive = "a finite number above 0";
+    for (name, expected, value, valid) in [
+        ("voidDistance", positive, options.void_distance, options.void_distance > 0.0),
+        ("stretchLimit", positive, options.stretch_limit, options.stretch_limit > 0.0),
+        ("colourDistance", positive, options.colour_distance.min(f64::MAX), options.colour_distance > 0.0),
+        ("canvasLimit", "from 0 to 100", options.canvas_limit, (0.0..=100.0).contains(&options.canvas_limit)),
+    ] {
+        if !(valid && value.is_finite()) {
+            return Err(Error::InvalidArgument { name, expected, value }.into());
         }
-    };
-    positive("voidDistance", options.void_distance)?;
-    positive("stretchLimit", options.stretch_limit)?;
-    positive("colourDistance", options.colour_distance.min(f64::MAX))?;
-    if !(0.0..=100.0).contains(&options.canvas_limit) {
-        return Err(Error::InvalidArgument {
-            name: "canvasLimit",
-            expected: "from 0 to 100",
-            value: options.canvas_limit,
-        }
-        .into());
     }
     check_views(target, reference, forward, reverse)
 }
@@ -196,22 +192,16 @@ fn check(
 /// Checks models, sizes, and that there is depth where there is parallax.
 fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
     for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
-        if !model.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
-        }
-        match view.depth {
+        let problem = match view.depth {
+            _ if !model.is_finite() => Some(("model", "finite")),
             Some(depth) => {
-                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
+                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?;
+                None
             }
-            None if model.has_parallax() => {
-                return Err(Error::InvalidArgument {
-                    name,
-                    expected: "given, as the model has parallax",
-                    value: f64::NAN,
-                }
-                .into());
-            }
-            None => {}
+            None => model.has_parallax().then_some((name, "given, as the model has parallax")),
+        };
+        if let Some((name, expected)) = problem {
+            return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Draws one row of warped cells.
 //!
-//! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes two or four. Such small
-//! convex cells are looked at four at once; all others take [`Cell`]'s way. Either way the pixels found are handed on in
+//! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes a few. Such small convex
+//! cells are looked at four at once; all others take [`Cell`]'s way. Either way the pixels found are handed on in
 //! batches.
 
 use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
@@ -14,49 +14,46 @@ use super::sides::StretchLimit;
 pub(super) const LANES: usize = 4;
 const ALL: i32 = 0b1111;
 
-/// Pixels in a batch, at most: what the processor's nearest cache holds.
-pub(super) const BATCH: usize = 1024;
-/// Most pixels that a group of small cells covers.
-const MOST_PER_GROUP: usize = 4 * LANES;
+/// Groups of pixels in a batch, at most: what the processor's nearest cache holds.
+pub(super) const BATCH: usize = 256;
+/// Pixels from the first to the last one of a small cell, at most: far fewer than make an edge function overflow.
+const SMALL: i32 = 16;
 
-/// A pixel, in reference coordinates, covered by the cell of a column.
+/// Pixels, in reference coordinates, covered by four cells next to each other, one each.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Covered {
+    /// Column of the first cell.
     pub column: u32,
-    pub x: i32,
-    pub y: i32,
-    /// Its place in the cell, (0, 0) at the first and (1, 1) at the third corner.
-    pub u: f32,
-    pub v: f32,
-    /// Whether the cell is longer than the limit.
-    pub stretched: bool,
+    /// Which of the cells cover a pixel, and which are longer than the limit, one to a bit.
+    pub lanes: i32,
+    pub stretched: i32,
+    pub x: i32x4,
+    pub y: i32x4,
+    /// The pixels' places in their cells, (0, 0) at the first and (1, 1) at the third corner.
+    pub u: f32x4,
+    pub v: f32x4,
 }
 
 /// Covered pixels on their way to `draw`.
 struct Batch<'a, F> {
-    pixels: &'a mut [Covered; BATCH],
+    groups: &'a mut [Covered; BATCH],
     count: usize,
     draw: F,
 }
 
 impl<F: FnMut(&[Covered])> Batch<'_, F> {
-    /// Makes room for `more` pixels.
-    #[inline(always)]
-    fn reserve(&mut self, more: usize) {
-        if self.count + more > BATCH {
-            self.flush();
-        }
-    }
-
     #[inline(never)]
     fn flush(&mut self) {
-        (self.draw)(&self.pixels[..self.count]);
+        (self.draw)(&self.groups[..self.count]);
         self.count = 0;
     }
 
     #[inline(always)]
-    fn push(&mut self, pixel: Covered) {
-        self.pixels[self.count % BATCH] = pixel;
+    fn push(&mut self, group: Covered) {
+        if self.count == BATCH {
+            self.flush();
+        }
+        self.groups[self.count % BATCH] = group;
         self.count += 1;
     }
 }
@@ -72,40 +69,49 @@ pub(super) fn draw_row(
     buffer: &mut [Covered; BATCH],
     draw: impl FnMut(&[Covered]),
 ) {
-    let mut batch = Batch { pixels: buffer, count: 0, draw };
+    let mut batch = Batch { groups: buffer, count: 0, draw };
     for first in (0..columns).step_by(LANES) {
         let group = CellGroup::new(above, below, first);
         let stretched = stretch.exceeded(&group.corners);
-        batch.reserve(MOST_PER_GROUP);
-        let inverse = InverseBilinear::new(&group);
-        for (k, mut lanes) in group.coverage(columns - 1 - first, last_row).into_iter().enumerate() {
-            if lanes == 0 {
-                continue;
-            }
-            let [u, v] = inverse.at(k).map(f32x4::to_array);
-            let [x, y] = group.pixel(k).map(i32x4::to_array);
-            while lanes != 0 {
-                let lane = lanes.trailing_zeros() as usize % LANES;
-                lanes &= lanes - 1;
-                batch.push(Covered {
-                    column: (first + lane) as u32,
-                    x: x[lane],
-                    y: y[lane],
-                    u: u[lane],
-                    v: v[lane],
-                    stretched: stretched >> lane & 1 != 0,
-                });
+        if group.small != 0 {
+            let inverse = InverseBilinear::new(&group);
+            let mut row = group.edges(columns - 1 - first, last_row);
+            for j in 0.. {
+                let within = group.small & group.reach(1, j);
+                if within == 0 {
+                    break;
+                }
+                let mut edges = row;
+                for i in 0.. {
+                    let within = within & group.reach(0, i);
+                    if within == 0 {
+                        break;
+                    }
+                    let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
+                    let lanes = within & least.cmp_gt(i32x4::splat(0)).move_mask();
+                    if lanes != 0 {
+                        let [u, v] = inverse.at(i, j);
+                        let [x, y] = [group.first[0] + i32x4::splat(i), group.first[1] + i32x4::splat(j)];
+                        batch.push(Covered { column: first as u32, lanes, stretched, x, y, u, v });
+                    }
+                    for (edge, side) in edges.iter_mut().zip(&group.sides) {
+                        *edge -= side[1] << SUBPIXEL_BITS as i32;
+                    }
+                }
+                for (edge, side) in row.iter_mut().zip(&group.sides) {
+                    *edge += side[0] << SUBPIXEL_BITS as i32;
+                }
             }
         }
         let mut others = group.others();
         while others != 0 {
             let lane = others.trailing_zeros() as usize;
-            let (column, stretched) = (first + lane, stretched >> lane & 1 != 0);
+            let column = first + lane;
             others &= others - 1;
             if let Some(cell) = Cell::new(corners(above, below, column)) {
                 cell.draw([column + 1 == columns, last_row], |x, y, u, v| {
-                    batch.reserve(1);
-                    batch.push(Covered { column: column as u32, x, y, u, v, stretched });
+                    let ([x, y], [u, v]) = ([x, y].map(i32x4::splat), [u, v].map(f32x4::splat));
+                    batch.push(Covered { column: first as u32, lanes: 1 << lane, stretched, x, y, u, v });
                 });
             }
         }
@@ -123,9 +129,10 @@ struct CellGroup {
     corners: [[i32x4; 2]; 4],
     /// Sides from each corner to the next.
     sides: [[i32x4; 2]; 4],
-    /// First pixel in the bounding box.
+    /// First pixel in the bounding box, and how far from it the last one is.
     first: [i32x4; 2],
-    /// Lanes whose cell is convex and covers at most two by two pixels.
+    extent: [i32x4; 2],
+    /// Lanes whose cell is convex and small.
     small: i32,
     /// Lanes whose cell is valid and has a pixel in its bounding box.
     visible: i32,
@@ -150,42 +157,30 @@ impl CellGroup {
             .min(cross(sides[1], sides[2]))
             .min(cross(sides[2], sides[3]).min(cross(sides[3], sides[0])));
         let convex = turns.cmp_gt(i32x4::splat(0));
-        let small = visible & (convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(2))).move_mask();
-        Self { corners, sides, first, small, visible }
+        let small = visible & (convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(SMALL))).move_mask();
+        Self { corners, sides, first, extent, small, visible }
     }
 
-    /// Pixel k of (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1), from the first pixel of the lane's bounding box.
+    /// Lanes whose bounding box has a pixel so far from the first one along an axis.
     #[inline(always)]
-    fn pixel(&self, k: usize) -> [i32x4; 2] {
-        [self.first[0] + i32x4::splat(k as i32 & 1), self.first[1] + i32x4::splat(k as i32 >> 1)]
+    fn reach(&self, axis: usize, far: i32) -> i32 {
+        self.extent[axis].cmp_gt(i32x4::splat(far - 1)).move_mask()
     }
 
-    /// For each of the four pixels, the lanes whose cell is small and owns it. Cells of the last column and row own the
-    /// pixels on their outer sides.
+    /// The edge functions of the four sides at the first pixel, positive inside. A pixel exactly on a side belongs to the
+    /// cell by the top-left rule, or where no cell lies beyond, as for the last column and row: it gets 1 on top, as a
+    /// comparison that holds is −1.
     #[inline(always)]
-    fn coverage(&self, last_lane: usize, last_row: bool) -> [i32; 4] {
-        if self.small == 0 {
-            return [0; 4];
-        }
+    fn edges(&self, last_lane: usize, last_row: bool) -> [i32x4; 4] {
         let zero = i32x4::splat(0);
         let lane = |k: usize| -i32::from(k == last_lane);
-        let row = i32x4::splat(-i32::from(last_row));
-        let outer = [zero, i32x4::new([lane(0), lane(1), lane(2), lane(3)]), row, zero];
+        let outer = [zero, i32x4::new([lane(0), lane(1), lane(2), lane(3)]), i32x4::splat(-i32::from(last_row)), zero];
         let origin = self.first.map(|first| first << SUBPIXEL_BITS as i32);
-        // The least edge function over the four sides, for each of the four pixels, is positive inside. A pixel exactly
-        // on a side belongs to the cell by the top-left rule, or where no cell lies beyond: it gets 1 on top, as a
-        // comparison that holds is −1.
-        let mut least = [i32x4::splat(i32::MAX); 4];
-        for ((&[dx, dy], [x, y]), outer) in self.sides.iter().zip(self.corners).zip(outer) {
-            let owns = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | outer;
-            let edge = dx * (origin[1] - y) - dy * (origin[0] - x) - owns;
-            let (right, down) = (dy << SUBPIXEL_BITS as i32, dx << SUBPIXEL_BITS as i32);
-            least[0] = least[0].min(edge);
-            least[1] = least[1].min(edge - right);
-            least[2] = least[2].min(edge + down);
-            least[3] = least[3].min(edge + down - right);
-        }
-        least.map(|least| least.cmp_gt(zero).move_mask() & self.small)
+        [0, 1, 2, 3].map(|k| {
+            let ([dx, dy], [x, y]) = (self.sides[k], self.corners[k]);
+            let owns = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | outer[k];
+            dx * (origin[1] - y) - dy * (origin[0] - x) - owns
+        })
     }
 
     /// Lanes whose cell needs the general way.
@@ -222,12 +217,12 @@ impl InverseBilinear {
         Self { e, f, g, h, ef: cross(e, f), gf: cross(g, f) }
     }
 
-    /// Places of pixel k in their cells.
+    /// Places of the pixels so far from the first ones in their cells.
     #[inline(always)]
-    fn at(&self, k: usize) -> [f32x4; 2] {
+    fn at(&self, right: i32, down: i32) -> [f32x4; 2] {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
-        let step = |far: usize| f32x4::splat((far as i32 * PIXEL) as f32);
-        let (e, f, g, h) = (self.e, self.f, self.g, [self.h[0] + step(k & 1), self.h[1] + step(k >> 1)]);
+        let step = |far: i32| f32x4::splat((far * PIXEL) as f32);
+        let (e, f, g, h) = (self.e, self.f, self.g, [self.h[0] + step(right), self.h[1] + step(down)]);
         let (k1, k0) = (self.ef + cross(h, g), cross(h, e));
         let root = (k1 * k1 - f32x4::splat(4.0) * self.gf * k0).fast_max(zero).sqrt();
         let v = (f32x4::splat(-2.0) * k0 / (k1 + root)).fast_max(zero).fast_min(one);

@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::grid::VertexGrid;
-use super::raster::{BATCH, Covered, draw_row};
+use super::raster::{BATCH, Covered, LANES, draw_row};
 use super::sample::Tap;
 use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
@@ -22,7 +22,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
-/// target's own inverse depth at every pixel that shows it, anything elsewhere; empty without a map.
+/// target's own inverse depth at every pixel that shows it, if that is wanted, anything elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
     grid: &VertexGrid,
@@ -33,17 +33,14 @@ pub(super) fn render(
 ) -> Result<Vec<f32>> {
     let mut painter = Painter::new(scene, canvas, image, footprint)?;
     let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
-    let ([columns, rows], [dx, dy]) = (grid.cells, grid.step);
+    let [columns, rows] = grid.cells;
     let mut buffer = [Covered::default(); BATCH];
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
-        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut buffer, |pixels| {
-            for pixel in pixels {
-                let s = [f64::from(pixel.column) + f64::from(pixel.u), j as f64 + f64::from(pixel.v)];
-                painter.offer(pixel, [s[0] * dx, s[1] * dy]);
-            }
+        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut buffer, |groups| {
+            painter.offer(groups, j, grid.step);
         });
     }
     Ok(painter.finish())
@@ -88,73 +85,90 @@ impl<'a> Painter<'a> {
         })
     }
 
-    /// Offers target position `s` for a covered pixel.
+    /// Offers the pixels covered by cells of row `j`, which are `step` target pixels wide and high.
     #[inline(always)]
-    fn offer(&mut self, pixel: &Covered, s: [f64; 2]) {
-        let (x, y) = (pixel.x, pixel.y);
+    fn offer(&mut self, groups: &[Covered], j: usize, step: [f64; 2]) {
+        // What the loop looks at lies in locals: nothing that is written could change it.
+        let Scene { target, target_depth, reference, reference_depth, reverse, .. } = *self.scene;
+        let (recover, select, per_place, per_colour) = (self.recover, self.select, self.per_place, self.per_colour);
         let (offset_x, offset_y) = self.canvas.offset;
-        let at = (y + offset_y as i32) as usize * self.canvas.width + (x + offset_x as i32) as usize;
-        let state = &mut self.state[at];
-        let taken = *state == TAKEN;
-        if taken && !self.select {
-            return;
-        }
-        if !taken {
-            *state = COVERED;
-        }
-        let scene = self.scene;
-        let (width, height) = (scene.reference.width(), scene.reference.height());
-        // Negative coordinates turn into huge ones and fail the test as well.
-        let (rx, ry) = (x as u32 as usize, y as u32 as usize);
-        let inside = rx < width && ry < height;
-        let index = if inside { ry * width + rx } else { 0 };
-        let distance = if self.recover && inside { self.distance([x, y], index, s) } else { 0.0 };
-        let kept = if inside { distance < 1.0 } else { !(self.recover && pixel.stretched) };
-        if !kept {
-            return;
-        }
-        let tap = Tap::new(s, (scene.target.width(), scene.target.height()));
-        let colour = tap.colour(&scene.target);
-        let error = |colour| photometric_error(scene.reference.pixels()[index], colour);
-        if distance > 0.0 {
-            // What is not quite where it should be and does not look like it either is a ghost.
-            let apart = f64::from(error(colour)) * self.per_colour;
-            if distance * (1.0 + apart * apart) >= 1.0 {
-                return;
+        let (stride, width, height) = (self.canvas.width, reference.width(), reference.height());
+        let keep_depth = self.scene.options.depth;
+        let state = &mut *self.state;
+        let pixels = &mut self.pixels[..state.len()];
+        let depths = &mut self.depth[..];
+        let (photo, photo_depth) = (reference.pixels(), reference_depth.map(InverseDepth::data));
+        for group in groups {
+            let mut lanes = group.lanes;
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize % LANES;
+                lanes &= lanes - 1;
+                let (x, y) = (group.x.as_array_ref()[lane], group.y.as_array_ref()[lane]);
+                let at = (y + offset_y as i32) as usize * stride + (x + offset_x as i32) as usize;
+                let taken = state[at] == TAKEN;
+                if taken && !select {
+                    continue;
+                }
+                if !taken {
+                    state[at] = COVERED;
+                }
+                // Negative coordinates turn into huge ones and fail the test as well.
+                let (rx, ry) = (x as u32 as usize, y as u32 as usize);
+                let inside = rx < width && ry < height;
+                let index = if inside { ry * width + rx } else { 0 };
+                let place = |cell: usize, share: f32, step: f64| (cell as f64 + f64::from(share)) * step;
+                let s = [
+                    place(group.column as usize + lane, group.u.as_array_ref()[lane], step[0]),
+                    place(j, group.v.as_array_ref()[lane], step[1]),
+                ];
+                // The squared distance from s of where the reverse model sends the reference pixel, over β² (paper,
+                // equation 9).
+                let mut distance = 0.0;
+                if recover && inside {
+                    let d = photo_depth.map_or(0.0, |depth| f64::from(depth[index]));
+                    let [u, v, w] = reverse.transform(f64::from(x), f64::from(y), d);
+                    let (dx, dy) = (u - s[0] * w, v - s[1] * w);
+                    distance = if w > 0.0 { (dx * dx + dy * dy) * per_place / (w * w) } else { f64::INFINITY };
+                }
+                let kept = if inside { distance < 1.0 } else { !(recover && group.stretched >> lane & 1 != 0) };
+                if !kept {
+                    continue;
+                }
+                let tap = Tap::new(s, (target.width(), target.height()));
+                let colour = tap.colour(&target);
+                let error = |colour| photometric_error(photo[index], colour);
+                if distance > 0.0 && per_colour > 0.0 {
+                    // What is not quite where it should be and does not look like it either is a ghost.
+                    let apart = f64::from(error(colour)) * per_colour;
+                    if distance * (1.0 + apart * apart) >= 1.0 {
+                        continue;
+                    }
+                }
+                let nearness = target_depth.filter(|_| keep_depth || !inside).map(|depth| tap.nearest(depth.data()));
+                if taken {
+                    // The one already there is compared by its own pixel, so that no errors need to be kept.
+                    let worse = if inside {
+                        error(colour) >= error(pixels[at])
+                    } else {
+                        nearness.is_none_or(|nearness| nearness <= depths[at])
+                    };
+                    if worse {
+                        continue;
+                    }
+                }
+                if let Some(nearness) = nearness {
+                    depths[at] = nearness;
+                }
+                state[at] = TAKEN;
+                pixels[at] = [colour[0], colour[1], colour[2], 255];
             }
         }
-        let nearness = scene.target_depth.map(|depth| tap.nearest(depth.data()));
-        if taken {
-            // The one already there is compared by its own pixel, so that no errors need to be kept.
-            let worse = if inside {
-                error(colour) >= error(self.pixels[at])
-            } else {
-                nearness.is_none_or(|nearness| nearness <= self.depth[at])
-            };
-            if worse {
-                return;
-            }
-        }
-        if let Some(nearness) = nearness {
-            self.depth[at] = nearness;
-        }
-        self.state[at] = TAKEN;
-        self.pixels[at] = [colour[0], colour[1], colour[2], 255];
     }
 
     /// Turns the states into the footprint.
     fn finish(self) -> Vec<f32> {
         self.state.iter_mut().for_each(|state| *state = if *state == 0 { 0 } else { 255 });
         self.depth
-    }
-
-    /// The squared distance from s of where the reverse model sends the reference pixel, over β² (paper, equation 9).
-    #[inline(always)]
-    fn distance(&self, pixel: [i32; 2], index: usize, s: [f64; 2]) -> f64 {
-        let d = self.scene.reference_depth.map_or(0.0, |depth| f64::from(depth.data()[index]));
-        let [u, v, w] = self.scene.reverse.transform(f64::from(pixel[0]), f64::from(pixel[1]), d);
-        let (x, y) = (u - s[0] * w, v - s[1] * w);
-        if w > 0.0 { (x * x + y * y) * self.per_place / (w * w) } else { f64::INFINITY }
     }
 }
 

@@ -4,7 +4,7 @@ import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { decodeDepth, encodeGrayPng } from "depthstitch/codecs";
 import {
   assertSame,
@@ -22,11 +22,7 @@ import {
 
 /** @typedef {import("./page.mjs").Page} Page */
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 const scratch = mkdtempSync(join(tmpdir(), "depthstitch-files-"));

@@ -1,14 +1,10 @@
 // Keeping: pictures as PNG and JPEG, whole and cropped, the report, and a link to the settings.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { decodeImage } from "depthstitch/codecs";
 import { openPanel, saved, savedPicture, smallCase, smallPhotos, startSite } from "./page.mjs";
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 test("saves the picture whole with its transparency, or cropped without any", async () => {

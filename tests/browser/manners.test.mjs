@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { gzipSync } from "node:zlib";
 import {
   finished,
@@ -18,11 +18,7 @@ import {
 
 /** @typedef {import("./page.mjs").Page} Page */
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");

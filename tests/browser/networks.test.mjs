@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { folder, lamaLike, removeDepthModel, writeDepthModel } from "../models/networks.mjs";
 import { weights } from "../models/weights.mjs";
 import {
@@ -23,13 +23,9 @@ const host = "https://models.test/";
 /** A small network under the name that the page asks for. */
 const MODEL = "onnx-community/depth-anything-v2-small";
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  writeDepthModel(MODEL);
-  writeFileSync(join(folder, "lama-like.onnx"), lamaLike(512));
-  site = await startSite();
-});
+writeDepthModel(MODEL);
+writeFileSync(join(folder, "lama-like.onnx"), lamaLike(512));
+const site = await startSite();
 after(async () => {
   removeDepthModel(MODEL);
   await site.close();

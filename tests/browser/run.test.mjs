@@ -1,6 +1,6 @@
 // Running: progress, cancelling in every stage, a lost worker, and a page that never stands still.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import {
   assertSame,
   finished,
@@ -13,11 +13,7 @@ import {
 
 /** @typedef {import("./page.mjs").Page} Page */
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 /** What the status says in each stage of two photos without anything else. */

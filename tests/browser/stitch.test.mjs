@@ -1,7 +1,7 @@
 // The way through: two photos in, one picture out, the same that Node makes of the same pixels.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { stitch } from "depthstitch";
 import { decodeDepth } from "depthstitch/codecs";
 import {
@@ -22,11 +22,7 @@ import {
 
 /** @typedef {import("./page.mjs").Page} Page */
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 /** The two photos of the small case as the browser sees them. @param {Page} page */

@@ -3,17 +3,13 @@ import assert from "node:assert/strict";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, test } from "node:test";
 import { decodeImage, encodePng } from "depthstitch/codecs";
 import { idle, smallCase, smallFile, smallPhotos, startSite } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
-/** @type {Awaited<ReturnType<typeof startSite>>} */
-let site;
-before(async () => {
-  site = await startSite();
-});
+const site = await startSite();
 after(() => site.close());
 
 /**

@@ -4,6 +4,9 @@
 //! not decoded here, so that the core alone is compared with its wasm.
 #![allow(clippy::expect_used)]
 
+#[path = "../fingerprint/mod.rs"]
+mod fingerprint;
+
 use std::path::Path;
 
 use depthstitch::geometry::{Match, Model};
@@ -11,6 +14,7 @@ use depthstitch::image::DepthKind;
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::warp::View;
 use depthstitch::{Image, InverseDepth};
+use fingerprint::fingerprint;
 use serde_json::{Value, json};
 
 fn main() {
@@ -84,10 +88,6 @@ fn bytes(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
 }
 
-/// FNV-1a, 64 bit.
 fn fnv(bytes: &[u8]) -> String {
-    let hash = bytes
-        .iter()
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}")
+    format!("{:016x}", fingerprint(bytes.iter().map(|&byte| u64::from(byte))))
 }

@@ -186,27 +186,6 @@ test("arrays over shared memory and over a part of a buffer", async () => {
     Buffer.alloc(4),
   ]);
   const part = padded.subarray(12, 12 + reference.data.length);
-  /** The sample five times as wide and high, for tests that must act while the worker works. */
-  const large = (() => {
-    const times = 5;
-    /** @param {import("depthstitch").ImageOutput} image */
-    const enlarge = ({ data, width, height }) => {
-      const source = new Uint32Array(data.buffer);
-      const pixels = new Uint32Array(source.length * times * times);
-      for (let i = 0; i < pixels.length; i++) {
-        const x = Math.floor((i % (width * times)) / times);
-        const y = Math.floor(i / (width * times) / times);
-        pixels[i] = source[y * width + x] ?? 0;
-      }
-      const bytes = new Uint8ClampedArray(pixels.buffer);
-      return { data: bytes, width: width * times, height: height * times };
-    };
-    return {
-      target: enlarge(target),
-      reference: enlarge(reference),
-      inputs: { ...inputs, matches: inputs.matches.map((value) => value * times) },
-    };
-  })();
 
   for (const worker of [true, false]) {
     const result = await stitch(

@@ -1,6 +1,6 @@
 //! Multiplying light.
 
-use wide::f32x4;
+use wide::{f32x4, i32x4};
 
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
@@ -35,11 +35,11 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
             let gain = gain_at(i);
             let slope = (gain_at((i + 1).min(columns - 1)) - gain) * f32x4::splat(share_of);
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
-                let gain = (gain + slope * f32x4::splat(x as f32)).to_array();
-                for c in 0..3 {
-                    let light = scaled[usize::from(pixel[c])][c] * gain[c] + 0.5;
-                    pixel[c] = levels[(light as usize).min(STEPS - 1)];
-                }
+                let gain = gain + slope * f32x4::splat(x as f32);
+                let light = |c: usize| scaled[usize::from(pixel[c])][c];
+                let light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain + f32x4::splat(0.5);
+                let steps = light.fast_trunc_int().min(i32x4::splat(STEPS as i32 - 1)).to_array();
+                pixel.iter_mut().zip(&steps[..3]).for_each(|(own, &step)| *own = levels[step as usize]);
             }
         }
     }

@@ -114,7 +114,7 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
             let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
             for (o, sample) in observations.iter_mut().zip(samples) {
                 // Times the light of the sample: a level is a smaller step where there is more.
-                let [r, g, b] = sample.target;
+                let [r, g, b, _] = sample.target;
                 let bell = (1.0 - (o.residual / reach) * (o.residual / reach)).max(0.0);
                 o.weight = bell * bell * (r + 2.0 * g + b);
                 (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);

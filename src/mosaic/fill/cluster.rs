@@ -2,84 +2,82 @@
 
 use super::super::crop::Rect;
 use super::super::distance::STRAIGHT;
-use super::parts::Part;
+use super::parts::{Part, Parts};
 use crate::Result;
-use crate::image::{defaults, reserve};
+use crate::image::{reserve, zeroed};
 
 /// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
-const TILE: usize = 32;
-
-#[derive(Clone, Copy, Default)]
-struct Tile {
-    /// Number of the cluster, counted from 1; 0 without one.
-    cluster: u32,
-    /// How far the innermost void is from the nearest pixel to go by; 0 without voids.
-    deepest: u32,
-}
+pub(super) const TILE: usize = 32;
 
 /// Which void belongs to which cluster.
-pub(super) struct Clusters<'a> {
-    parts: &'a [Part],
-    tiles: Vec<Tile>,
-    /// Pixels and tiles in a row.
-    width: usize,
+pub(super) struct Clusters {
+    window: Rect,
+    /// Of every tile the number of its cluster, counted from 1; 0 without one.
+    tiles: Vec<u32>,
+    /// Tiles in a row.
     columns: usize,
 }
 
 /// Voids that belong together.
 pub(super) struct Cluster {
     number: u32,
-    /// Tile by tile: it may leave the picture to the right and below.
+    /// On the picture, tile by tile: it may leave it to the right and below.
     pub bounds: Rect,
     /// Half the width in pixels of the widest void.
     pub deepest: u32,
 }
 
-impl<'a> Clusters<'a> {
-    /// The clusters of all voids, from the top. `inwards` is as [`super::parts::parts`] gives it.
-    pub fn of(parts: &'a [Part], inwards: &[u32], width: usize) -> Result<(Self, Vec<Cluster>)> {
-        let columns = width.div_ceil(TILE);
-        let rows = (parts.len() / width).div_ceil(TILE);
-        let mut tiles: Vec<Tile> = defaults(columns * rows)?;
-        for (i, &inwards) in inwards.iter().enumerate().filter(|(i, _)| parts[*i] == Part::Void) {
-            let tile = &mut tiles[i / width / TILE * columns + i % width / TILE];
-            tile.deepest = tile.deepest.max(inwards);
+impl Clusters {
+    /// The clusters of all voids, from the top.
+    pub fn of(parts: &Parts) -> Result<(Self, Vec<Cluster>)> {
+        let &Parts { window, parts: ref kinds, ref inwards } = parts;
+        let columns = window.width.div_ceil(TILE);
+        let rows = window.height.div_ceil(TILE);
+        let mut tiles: Vec<u32> = zeroed(columns * rows)?;
+        // How far the innermost void of a tile is from the nearest pixel to go by; 0 without voids.
+        let mut depths: Vec<u16> = zeroed(columns * rows)?;
+        for (at, (&kind, &inwards)) in kinds.iter().zip(inwards).enumerate() {
+            if kind == Part::Void {
+                let depth = &mut depths[at / window.width / TILE * columns + at % window.width / TILE];
+                *depth = inwards.max(*depth);
+            }
         }
         let (mut clusters, mut open) = (Vec::new(), Vec::new());
         reserve(&mut clusters, tiles.len())?;
         reserve(&mut open, tiles.len())?;
         for first in 0..tiles.len() {
-            if tiles[first].deepest == 0 || tiles[first].cluster != 0 {
+            if depths[first] == 0 || tiles[first] != 0 {
                 continue;
             }
             let number = clusters.len() as u32 + 1;
             let (mut left, mut top, mut right, mut bottom, mut deepest) = (columns, rows, 0, 0, 0);
-            tiles[first].cluster = number;
+            tiles[first] = number;
             open.push(first);
             while let Some(tile) = open.pop() {
                 let (x, y) = (tile % columns, tile / columns);
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
-                deepest = deepest.max(tiles[tile].deepest);
+                deepest = depths[tile].max(deepest);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
-                    let beside = row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns);
-                    for (next, tile) in beside.clone().zip(&mut tiles[beside]) {
-                        if tile.deepest != 0 && tile.cluster == 0 {
-                            tile.cluster = number;
+                    for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
+                        if depths[next] != 0 && tiles[next] == 0 {
+                            tiles[next] = number;
                             open.push(next); // each tile once, so there is room
                         }
                     }
                 }
             }
             let (width, height) = ((right - left) * TILE, (bottom - top) * TILE);
-            let bounds = Rect { x: left * TILE, y: top * TILE, width, height };
-            clusters.push(Cluster { number, bounds, deepest: deepest / STRAIGHT });
+            let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
+            clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
         }
-        Ok((Self { parts, tiles, width, columns }, clusters))
+        Ok((Self { window, tiles, columns }, clusters))
     }
 
-    /// Whether the pixel is a void of that cluster.
-    pub fn has(&self, cluster: &Cluster, x: usize, y: usize) -> bool {
-        self.tiles[y / TILE * self.columns + x / TILE].cluster == cluster.number
-            && self.parts[y * self.width + x] == Part::Void
+    /// The place in `parts` of a pixel of the window if it is a void of that cluster.
+    pub fn find(&self, parts: &Parts, cluster: &Cluster, x: usize, y: usize) -> Option<usize> {
+        let (x, y) = (x - self.window.x, y - self.window.y);
+        let at = y * self.window.width + x;
+        let tile = self.tiles[y / TILE * self.columns + x / TILE];
+        (tile == cluster.number && parts.parts[at] == Part::Void).then_some(at)
     }
 }

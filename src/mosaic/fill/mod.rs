@@ -6,11 +6,12 @@ mod parts;
 mod smooth;
 
 use super::Guide;
+use super::crop::{bounding_box, extent};
 use crate::image::{check_len, check_size};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
-use parts::Part;
+use parts::{Part, Parts};
 
 /// How voids are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -62,65 +63,34 @@ pub fn fill(
 ) -> Result<()> {
     check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
-    if voids.data.iter().all(|&void| void == 0) {
-        return report(observer, Stage::Fill, 1.0);
-    }
-    let radius = options.radius as usize;
-    match options.method {
-        FillMethod::Exemplar => {
-            let mut gaps = Mask::empty(image.width, image.height)?;
-            let filled = exemplars(image, voids, guide, options, &mut gaps, observer)?;
-            smooth::fill(
-                image,
-                &gaps,
-                voids,
-                radius,
-                &mut Progress { observer, done: EXEMPLARS, share: 1.0 - EXEMPLARS },
-            )?;
-            let pixels = image.data.as_chunks_mut::<4>().0;
-            filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
-        }
-        FillMethod::Smooth => {
-            smooth::fill(image, voids, voids, radius, &mut Progress { observer, done: 0.0, share: 1.0 })?;
-        }
-    }
-    report(observer, Stage::Fill, 1.0)
-}
-
-/// Colours of the voids, cluster by cluster. Gaps, and voids without any piece that could be copied, are left to be filled
-/// smoothly.
-fn exemplars(
-    image: &Image,
-    voids: &Mask,
-    guide: Option<&Guide>,
-    options: &FillOptions,
-    gaps: &mut Mask,
-    observer: &mut dyn Observer,
-) -> Result<Vec<exemplar::Filled>> {
-    let valid = image.data.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] != 0).count();
-    let widest = (options.max_width * (valid as f64).sqrt() / 2.0).min(f64::from(u16::MAX)) as u32;
-    let (parts, inwards) = parts::parts(image, voids, widest)?;
-    for (gap, &part) in gaps.data.iter_mut().zip(&parts) {
-        *gap = if part == Part::Gap { 255 } else { 0 };
-    }
-    let (clusters, list) = Clusters::of(&parts, &inwards, image.width)?;
+    let row = |y: usize| extent(voids.data[y * voids.width..(y + 1) * voids.width].iter().map(|&void| void != 0));
+    let Some(bounds) = bounding_box(voids.height, &row) else { return report(observer, Stage::Fill, 1.0) };
+    let mut parts = Parts::of(image, voids, bounds, options)?;
+    let (clusters, alone) = Clusters::of(&parts)?;
     let mut filled = Vec::new();
-    let mut progress = Progress { observer, done: 0.0, share: EXEMPLARS / list.len().max(1) as f32 };
-    for cluster in &list {
-        if !exemplar::fill(image, voids, &clusters, cluster, guide, &mut filled, &mut progress)? {
+    let share = EXEMPLARS / alone.len() as f32;
+    let mut progress = Progress { observer, done: 0.0, share };
+    for cluster in &alone {
+        let inside = |x, y| clusters.find(&parts, cluster, x, y).is_some();
+        if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
+            // There is no piece that could be copied.
             let (columns, rows) = cluster.bounds.grown(0, (image.width, image.height)).ranges();
             for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-                if clusters.has(cluster, x, y) {
-                    gaps.data[y * image.width + x] = 255;
+                if let Some(at) = clusters.find(&parts, cluster, x, y) {
+                    parts.parts[at] = Part::Gap;
                 }
             }
         }
-        progress.done += progress.share;
+        progress.done += share;
     }
-    Ok(filled)
+    progress.share = 1.0 - progress.done;
+    smooth::fill(image, &parts.gaps(image.width)?, voids, bounds, options.radius as usize, &mut progress)?;
+    let pixels = image.data.as_chunks_mut::<4>().0;
+    filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
+    report(observer, Stage::Fill, 1.0)
 }
 
-/// How much of the work the exemplars are.
+/// How much of the work the exemplars are, where there are any.
 const EXEMPLARS: f32 = 0.9;
 
 /// Progress of a part of the work.

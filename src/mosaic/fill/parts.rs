@@ -1,45 +1,90 @@
 //! Which void is filled how: by its width.
 
+use super::super::crop::Rect;
 use super::super::distance::{STRAIGHT, distance};
+use super::cluster::TILE;
+use super::smooth::reserve_more;
+use super::{FillMethod, FillOptions};
 use crate::image::reserve;
 use crate::{Image, Mask, Result};
 
 /// What becomes of a pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
 pub(super) enum Part {
-    /// Not to be filled, whatever it is.
-    Other,
-    /// In a gap so narrow that there is nothing to invent.
+    /// It is something to go by.
+    Known,
+    /// Nothing is there, nor will be.
+    Empty,
+    /// It is filled smoothly.
     Gap,
-    /// In a void.
+    /// It is filled with a piece of the background.
     Void,
-    /// In a void too wide for anything invented to be believed.
+    /// It is in a void too wide for anything invented to be believed.
     Wide,
 }
 
-/// Half the width in pixels up to which a void is a gap.
-const GAP: u32 = 2;
+/// Half the width in pixels up to which a void is so narrow that there is nothing to invent.
+const NARROW: usize = 2;
 
-/// What becomes of every pixel, and how far it is from the nearest one to go by. `widest` is half the width in pixels of
-/// the widest void to be filled.
-pub(super) fn parts(image: &Image, voids: &Mask, widest: u32) -> Result<(Vec<Part>, Vec<u32>)> {
-    let cells = voids.data.len();
-    let pixels = image.data.as_chunks::<4>().0;
-    let inwards = distance(cells, image.width, &|i| voids.data[i] == 0 && pixels[i][3] != 0)?;
-    let mut parts = Vec::new();
-    reserve(&mut parts, cells)?;
-    parts.extend(voids.data.iter().map(|&void| if void != 0 { Part::Gap } else { Part::Other }));
-    // Where a disc of that radius has room, and half as much around, so that corners are not cut off.
-    for (radius, name) in [(GAP, Part::Void), (widest, Part::Wide)] {
-        let reach = STRAIGHT * radius;
-        let is_core = |i: usize| voids.data[i] != 0 && inwards[i] > reach;
-        if !(0..cells).any(is_core) {
-            break;
+/// What becomes of the pixels of a window, some tiles of the picture, that holds all voids. Row by row.
+pub(super) struct Parts {
+    pub window: Rect,
+    pub parts: Vec<Part>,
+    /// How far they are from the nearest one to go by, if that is not farther than half the widest void to be filled. Nothing
+    /// when all are filled smoothly.
+    pub inwards: Vec<u16>,
+}
+
+impl Parts {
+    /// Of the voids inside of `bounds`.
+    pub fn of(image: &Image, voids: &Mask, bounds: Rect, options: &FillOptions) -> Result<Self> {
+        let size = (image.width, image.height);
+        let pixels = image.data.as_chunks::<4>().0;
+        let mut widest = NARROW;
+        if options.method == FillMethod::Exemplar {
+            let valid = pixels.iter().filter(|pixel| pixel[3] != 0).count();
+            widest = (options.max_width * (valid as f64).sqrt() / 2.0) as usize;
         }
-        let outwards = distance(cells, image.width, &is_core)?;
-        for (part, _) in parts.iter_mut().zip(outwards).filter(|(_, outwards)| *outwards <= reach + reach / 2) {
-            *part = if *part == Part::Other { Part::Other } else { name };
+        let window = bounds.grown(widest.max(NARROW), size).tiled(TILE, size);
+        let (width, cells) = (window.width, window.width * window.height);
+        let mut parts = Vec::new();
+        reserve(&mut parts, cells)?;
+        for y in window.y..window.y + window.height {
+            let row = y * image.width + window.x..y * image.width + window.x + width;
+            parts.extend(voids.data[row.clone()].iter().zip(&pixels[row]).map(|(&void, pixel)| match (void, pixel[3]) {
+                (0, 0) => Part::Empty,
+                (0, _) => Part::Known,
+                _ => Part::Gap,
+            }));
         }
+        if options.method == FillMethod::Smooth {
+            return Ok(Self { window, parts, inwards: Vec::new() });
+        }
+        let inwards = distance(cells, width, &|i| parts[i] == Part::Known)?;
+        // Where a disc of that radius has room, and half as much around, so that corners are not cut off.
+        for (radius, name) in [(NARROW, Part::Void), (widest, Part::Wide)] {
+            let reach = (STRAIGHT * radius as u32).min(u32::from(u16::MAX) - 1);
+            let is_core = |i: usize| parts[i] >= Part::Gap && u32::from(inwards[i]) > reach;
+            if !(0..cells).any(is_core) {
+                break;
+            }
+            let outwards = distance(cells, width, &is_core)?;
+            for (part, outwards) in parts.iter_mut().zip(outwards) {
+                if *part >= Part::Gap && u32::from(outwards) <= reach + reach / 2 {
+                    *part = name;
+                }
+            }
+        }
+        Ok(Self { window, parts, inwards })
     }
-    Ok((parts, inwards))
+
+    /// The gaps, counted row by row of a picture `width` wide.
+    pub fn gaps(&self, width: usize) -> Result<Vec<usize>> {
+        let mut gaps = Vec::new();
+        for (at, _) in self.parts.iter().enumerate().filter(|(_, part)| **part == Part::Gap) {
+            reserve_more(&mut gaps, 1)?;
+            gaps.push((self.window.y + at / self.window.width) * width + self.window.x + at % self.window.width);
+        }
+        Ok(gaps)
+    }
 }

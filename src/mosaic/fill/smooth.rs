@@ -5,16 +5,19 @@
 //! known pixels around it; where the structure tensor finds an edge or a line there, the weights are concentrated
 //! along it, so that it runs on into the void.
 
-use wide::f32x4;
+use wide::{f32x4, i32x4};
 
+use super::super::crop::Rect;
 use super::Progress;
-use crate::image::reserve;
+use crate::image::{reserve, zeroed};
 use crate::{Image, Mask, Result};
 
 /// Filled pixels between two reports of progress.
 const REPORT_EVERY: usize = 4096;
 /// How much more a direction weighs where the structure is a clean edge (κ of the paper, its value).
 const SHARPNESS: f32 = 25.0;
+/// Taps handled together.
+const LANES: usize = 4;
 /// Differences of the tensor's eigenvalues, in squared grey levels, below which a direction is taken for noise.
 const NOISE: f32 = 25.0;
 
@@ -22,25 +25,25 @@ const NOISE: f32 = 25.0;
 const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
 
 /// Instead of a number: nothing is known of the cell, it is to be filled, it is a pixel not looked at before.
-const UNKNOWN: u32 = u32::MAX;
-const VOID: u32 = u32::MAX - 1;
-const UNSEEN: u32 = u32::MAX - 2;
+const UNKNOWN: u32 = 0;
+const VOID: u32 = u32::MAX;
+const UNSEEN: u32 = u32::MAX - 1;
 
-/// Fills the pixels of `voids` from their borders inwards; what `unknown` marks, which they are part of, tells nothing
-/// about them. On an error `image` is untouched.
+/// Fills the pixels `voids`, counted row by row, from their borders inwards; what `unknown` marks, which they are part of,
+/// tells nothing about them. `bounds` is around them all. On an error `image` is untouched.
 pub(super) fn fill(
     image: &mut Image,
-    voids: &Mask,
+    voids: &[usize],
     unknown: &Mask,
+    bounds: Rect,
     radius: usize,
     progress: &mut Progress<'_>,
 ) -> Result<()> {
-    let count = voids.count();
-    let mut transport = Transport::new(image, voids, unknown, radius)?;
+    let mut transport = Transport::new(image, unknown, bounds, radius)?;
     // Cells and their numbers: the valid ones around the voids, then the voids as they are reached.
-    let mut order = transport.border()?;
+    let mut order = transport.border(voids)?;
     let border = order.len();
-    reserve(&mut order, count)?;
+    reserve(&mut order, voids.len())?;
     // Steps to four neighbours and to all eight take turns, so that the fronts are octagons. What of the front before the
     // last can only be reached by a diagonal step is then made up for.
     let (mut before, mut last, mut steps) = (0, 0, 4);
@@ -58,7 +61,7 @@ pub(super) fn fill(
         // The pixels of a front do not see one another, so their order makes no difference.
         for (i, (cell, number)) in order.iter_mut().enumerate().skip(front) {
             if i.is_multiple_of(REPORT_EVERY) {
-                progress.report((i - border) as f32 / count as f32)?;
+                progress.report((i - border) as f32 / voids.len() as f32)?;
             }
             *number = transport.transported(*cell)?;
         }
@@ -67,29 +70,36 @@ pub(super) fn fill(
         }
         (before, last, steps) = (last, front, 12 - steps);
     }
-    let Transport { known, padding, stride, .. } = transport;
+    let Transport { known, window, padding, stride, .. } = transport;
     for &(cell, number) in &order[border..] {
         let (x, y) = ((cell - padding) % stride, (cell - padding) / stride - padding);
-        let pixel = &mut image.data.as_chunks_mut::<4>().0[y * image.width + x];
-        let colour = known[number as usize].colour.to_array();
+        let pixel = &mut image.data.as_chunks_mut::<4>().0[(window.y + y) * image.width + window.x + x];
+        let colour = known[number as usize - 1].colour.to_array();
         pixel.iter_mut().zip(colour).for_each(|(own, v)| *own = (v + 0.5) as u8);
         pixel[3] = 255;
     }
     Ok(())
 }
 
-/// A pixel of the neighbourhood that a void is drawn from: a disc around it.
-struct Tap {
+/// The pixels of the neighbourhood that a void is drawn from, a disc around it, row by row. The last one is opposite to the
+/// first, the last but one to the second, and so on.
+struct Disc {
     /// Distance in cells.
-    step: isize,
-    /// x² + y², x² − y² and 2xy of the offset: what its distance from a line through the centre is made of.
-    squared: f32,
-    difference: f32,
-    product: f32,
-    /// 1 / distance.
-    nearness: f32,
+    steps: Vec<isize>,
     /// Bell of the distance, for the structure tensor.
-    bell: f32,
+    bells: Vec<f32x4>,
+    /// Of the first half of them, four by four.
+    shapes: Vec<Shape>,
+}
+
+/// Four offsets in the disc.
+struct Shape {
+    /// x² + y², x² − y² and 2xy: what the distance from a line through the centre is made of.
+    squared: f32x4,
+    difference: f32x4,
+    product: f32x4,
+    /// 1 / distance.
+    nearness: f32x4,
 }
 
 /// What is known of a pixel.
@@ -104,70 +114,78 @@ struct Known {
 struct Transport<'a> {
     image: &'a Image,
     unknown: &'a Mask,
-    disc: Vec<Tap>,
+    disc: Disc,
     /// 1 / 16ε², where ε is the disc's radius.
     spread: f32,
-    /// Of every cell what it is, or which of `known`. The cells are the picture's pixels with as much padding above, below
+    /// The part of the picture that any disc reaches.
+    window: Rect,
+    /// Of every cell what it is, or which of `known`, counted from 1. The cells are the window's pixels with as much padding above, below
     /// and between the rows as the disc's radius, so that no disc leaves them.
     numbers: Vec<u32>,
     padding: usize,
     /// Cells in a row.
     stride: usize,
     known: Vec<Known>,
-    /// The taps of a disc on known pixels, and the numbers of these.
-    near: Vec<(usize, u32)>,
+    /// The taps of a disc on known pixels, or those opposite in the first half, and the numbers of these.
+    near: Vec<[u32; 2]>,
+    /// What each tap of the first half of a disc counts.
+    weights: Vec<f32x4>,
 }
 
 impl<'a> Transport<'a> {
-    fn new(image: &'a Image, voids: &Mask, unknown: &'a Mask, radius: usize) -> Result<Self> {
-        let (padding, stride) = (radius, image.width + radius);
-        let disc = disc(radius, stride)?;
-        let mut near = Vec::new();
-        reserve(&mut near, disc.len())?;
-        let cells = (image.height + 2 * padding + 1) * stride;
-        let mut numbers = Vec::new();
-        reserve(&mut numbers, cells)?;
-        numbers.resize(cells, UNKNOWN);
-        let spread = 1.0 / (16 * radius * radius) as f32;
-        let mut transport = Self { image, unknown, disc, spread, numbers, padding, stride, known: Vec::new(), near };
-        for (y, voids) in voids.data.chunks_exact(image.width).enumerate() {
+    fn new(image: &'a Image, unknown: &'a Mask, bounds: Rect, radius: usize) -> Result<Self> {
+        let window = bounds.grown(radius, (image.width, image.height));
+        let (padding, stride) = (radius, window.width + radius);
+        let disc = Disc::new(radius, stride)?;
+        let cells = (window.height + 2 * padding + 1) * stride;
+        let mut numbers = zeroed(cells)?;
+        for y in 0..window.height {
             let first = (y + padding) * stride + padding;
-            for (number, &void) in transport.numbers[first..].iter_mut().zip(voids) {
-                *number = if void != 0 { VOID } else { UNSEEN };
-            }
+            numbers[first..first + window.width].fill(UNSEEN);
         }
-        Ok(transport)
+        let spread = 1.0 / (16 * radius * radius) as f32;
+        let (near, weights) = (zeroed(disc.steps.len())?, zeroed(disc.shapes.len())?);
+        Ok(Self { image, unknown, disc, spread, window, numbers, padding, stride, known: Vec::new(), near, weights })
     }
 
     fn step(&self, x: isize, y: isize) -> isize {
         y * self.stride.cast_signed() + x
     }
 
+    /// The cell of a pixel that is counted row by row.
+    fn cell(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel % self.image.width - self.window.x, pixel / self.image.width - self.window.y);
+        (y + self.padding) * self.stride + x + self.padding
+    }
+
     /// The pixel of a cell.
     fn position(&self, cell: usize) -> (usize, usize) {
-        ((cell - self.padding) % self.stride, (cell - self.padding) / self.stride - self.padding)
+        let (x, y) = ((cell - self.padding) % self.stride, (cell - self.padding) / self.stride - self.padding);
+        (self.window.x + x, self.window.y + y)
     }
 
     /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
+    #[inline(always)]
     fn valid(&self, x: usize, y: usize) -> Option<f32x4> {
         let Image { data, width, height } = self.image;
         if x >= *width || y >= *height || self.unknown.data[y * width + x] != 0 {
             return None;
         }
         let [r, g, b, alpha] = data.as_chunks::<4>().0[y * width + x];
-        (alpha != 0).then(|| f32x4::new([f32::from(r), f32::from(g), f32::from(b), 1.0]))
+        (alpha != 0).then(|| f32x4::from_i32x4(i32x4::new([r, g, b, 1].map(i32::from))))
     }
 
-    /// The valid cells next to a void, and their numbers.
-    fn border(&mut self) -> Result<Vec<(usize, u32)>> {
+    /// Marks the voids; the valid cells next to them, and their numbers.
+    fn border(&mut self, voids: &[usize]) -> Result<Vec<(usize, u32)>> {
+        for &void in voids {
+            let cell = self.cell(void);
+            self.numbers[cell] = VOID;
+        }
         let mut border = Vec::new();
-        for cell in 0..self.numbers.len() {
-            if self.numbers[cell] != VOID {
-                continue;
-            }
+        for &void in voids {
             reserve_more(&mut border, NEIGHBOURS.len())?;
             for (x, y) in NEIGHBOURS {
-                let next = cell.wrapping_add_signed(self.step(x, y));
+                let next = self.cell(void).wrapping_add_signed(self.step(x, y));
                 if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
                     border.push((next, self.numbers[next]));
                 }
@@ -176,24 +194,22 @@ impl<'a> Transport<'a> {
         Ok(border)
     }
 
-    /// The number of a cell; [`UNKNOWN`] or [`VOID`] when nothing is known of it.
+    /// The number of a cell not looked at before; [`UNKNOWN`] when nothing is known of it.
+    #[inline(never)]
     fn look(&mut self, cell: usize) -> Result<u32> {
-        if self.numbers[cell] == UNSEEN {
-            let (x, y) = self.position(cell);
-            self.numbers[cell] = match self.valid(x, y) {
-                Some(colour) => self.push(Known { colour, tensor: self.tensor(x, y, colour) })?,
-                None => UNKNOWN,
-            };
-        }
+        let (x, y) = self.position(cell);
+        self.numbers[cell] = match self.valid(x, y) {
+            Some(colour) => self.push(Known { colour, tensor: self.tensor(x, y, colour) })?,
+            None => UNKNOWN,
+        };
         Ok(self.numbers[cell])
     }
 
     fn push(&mut self, pixel: Known) -> Result<u32> {
         reserve_more(&mut self.known, 1)?;
         self.known.push(pixel);
-        Ok(self.known.len() as u32 - 1)
+        Ok(self.known.len() as u32)
     }
-
     /// Structure tensor of the plane that fits the valid pixels of the 3×3 neighbourhood best, summed over the channels.
     fn tensor(&self, x: usize, y: usize, centre: f32x4) -> f32x4 {
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -218,15 +234,20 @@ impl<'a> Transport<'a> {
     }
 
     /// Draws a void pixel from what is known around it; its number.
+    #[inline(never)]
     fn transported(&mut self, cell: usize) -> Result<u32> {
-        let mut near = std::mem::take(&mut self.near);
-        near.clear();
+        let (mut count, last) = (0, self.disc.steps.len() - 1);
         let mut structure = f32x4::ZERO;
-        for i in 0..self.disc.len() {
-            let number = self.look(cell.wrapping_add_signed(self.disc[i].step))?;
-            if let Some(known) = self.known.get(number as usize) {
-                near.push((i, number));
-                structure += known.tensor * f32x4::splat(self.disc[i].bell);
+        for i in 0..=last {
+            let tap = cell.wrapping_add_signed(self.disc.steps[i]);
+            let mut number = self.numbers[tap];
+            if number == UNSEEN {
+                number = self.look(tap)?;
+            }
+            if let Some(known) = self.known.get(number.wrapping_sub(1) as usize) {
+                self.near[count] = [i.min(last - i) as u32, number];
+                count += 1;
+                structure += known.tensor * self.disc.bells[i];
             }
         }
         // w = 1/r · e^(−μ²t²/2ε²), where t is the distance from the line through the centre along the structure, ε the
@@ -238,43 +259,62 @@ impl<'a> Transport<'a> {
         let (cos, sin) = if gap > 0.0 { (difference / gap, product / gap) } else { (0.0, 0.0) };
         let coherence = gap / (xx + yy + NOISE);
         let mu = 1.0 + SHARPNESS * coherence * coherence;
-        let scale = mu * mu * self.spread;
+        let [cos, sin, scale] = [cos, sin, mu * mu * self.spread].map(f32x4::splat);
+        for (weight, shape) in self.weights.iter_mut().zip(&self.disc.shapes) {
+            let t2 = (shape.squared + cos * shape.difference + sin * shape.product) / f32x4::splat(2.0);
+            *weight = shape.nearness * bell(scale * t2);
+        }
+        let weights: &[f32] = bytemuck::cast_slice(&self.weights);
         let (mut colour, mut tensor) = (f32x4::ZERO, f32x4::ZERO);
-        for &(i, number) in &near {
-            let (tap, known) = (&self.disc[i], &self.known[number as usize]);
-            let t2 = (tap.squared + cos * tap.difference + sin * tap.product) / 2.0;
-            let weight = f32x4::splat(tap.nearness * bell(scale * t2));
+        for &[tap, number] in &self.near[..count] {
+            let (known, weight) = (&self.known[number as usize - 1], f32x4::splat(weights[tap as usize]));
             colour += known.colour * weight;
             tensor += known.tensor * weight;
         }
-        self.near = near;
         self.push(Known { colour: mean(colour), tensor: mean(tensor) })
     }
 }
 
-fn disc(radius: usize, stride: usize) -> Result<Vec<Tap>> {
-    let mut disc = Vec::new();
-    reserve(&mut disc, (2 * radius + 1) * (2 * radius + 1))?;
-    let r = radius.cast_signed();
-    // σ is half the radius, and at least one pixel.
-    let variance = ((r * r) as f32 / 4.0).max(1.0);
-    for (x, y) in (-r..=r).flat_map(|y| (-r..=r).map(move |x| (x, y))) {
-        let (d2, step) = (x * x + y * y, y * stride.cast_signed() + x);
-        // Half a pixel more, so that the disc of radius 1 has its diagonal neighbours: a front may have no others.
-        if d2 > 0 && d2 <= r * r + r {
-            let (squared, difference, product) = (d2 as f32, (x * x - y * y) as f32, (2 * x * y) as f32);
-            let (nearness, bell) = (1.0 / squared.sqrt(), bell(squared / (16.0 * variance)));
-            disc.push(Tap { step, squared, difference, product, nearness, bell });
+impl Disc {
+    fn new(radius: usize, stride: usize) -> Result<Self> {
+        let side = 2 * radius + 1;
+        let (mut steps, mut bells, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
+        reserve(&mut steps, side * side)?;
+        reserve(&mut bells, side * side)?;
+        // Four x and then four y.
+        let mut offsets: Vec<[f32x4; 2]> = zeroed((side * side).div_ceil(LANES))?;
+        let lanes: &mut [f32] = bytemuck::cast_slice_mut(&mut offsets);
+        let r = radius.cast_signed();
+        // σ is half the radius, and at least one pixel.
+        let variance = ((r * r) as f32 / 4.0).max(1.0);
+        for place in 0..side * side {
+            let (x, y) = ((place % side).cast_signed() - r, (place / side).cast_signed() - r);
+            let d2 = x * x + y * y;
+            // Half a pixel more, so that the disc of radius 1 has its diagonal neighbours: a front may have no others.
+            if d2 > 0 && d2 <= r * r + r {
+                let lane = steps.len() / LANES * 2 * LANES + steps.len() % LANES;
+                (lanes[lane], lanes[lane + LANES]) = (x as f32, y as f32);
+                bells.push(bell(f32x4::splat(d2 as f32 / (16.0 * variance))));
+                steps.push(y * stride.cast_signed() + x);
+            }
         }
+        let half = (steps.len() / 2).div_ceil(LANES);
+        reserve(&mut shapes, half)?;
+        shapes.extend(offsets[..half].iter().map(|&[x, y]| {
+            let squared = x * x + y * y;
+            let nearness = f32x4::splat(1.0) / squared.sqrt();
+            Shape { squared, difference: x * x - y * y, product: (x + x) * y, nearness }
+        }));
+        Ok(Self { steps, bells, shapes })
     }
-    Ok(disc)
 }
 
 /// (1 + z)⁻⁸: nearly the bell e⁻⁸ᶻ, but plain arithmetic, and never 0.
-fn bell(z: f32) -> f32 {
-    let z2 = (1.0 + z) * (1.0 + z);
+fn bell(z: f32x4) -> f32x4 {
+    let one = f32x4::splat(1.0);
+    let z2 = (one + z) * (one + z);
     let z4 = z2 * z2;
-    1.0 / (z4 * z4)
+    one / (z4 * z4)
 }
 
 /// A weighted sum over its weight; nothing stays nothing.
@@ -284,6 +324,6 @@ fn mean(sum: f32x4) -> f32x4 {
 }
 
 /// Makes room for some more values where there is none.
-fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
+pub(super) fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
     if list.capacity() - list.len() < count { reserve(list, list.len().max(1024)) } else { Ok(()) }
 }

@@ -1,10 +1,12 @@
 //! What it costs to pass from one photo to the other at a pixel.
 
+use wide::i32x4;
+
 use super::level::Level;
 use super::{BOTH, COARSEST};
-use crate::image::defaults;
+use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
-use crate::mosaic::crop::bounding_box;
+use crate::mosaic::crop::{bounding_box, extent};
 use crate::mosaic::span::Span;
 use crate::{Image, Mask, Result};
 
@@ -23,27 +25,29 @@ pub(super) fn finest(
     // Two cells of the coarsest grid around what is to be decided: the cut is between what lies there.
     let margin = 2 << (free / COARSEST).max(1).ilog2().div_ceil(2);
     let size = (seam.width, seam.height);
-    let Some(overlap) = bounding_box(size, &|i| seam.data[i] == BOTH) else { return Ok(None) };
+    let overlap = |y: usize| extent(seam.data[y * seam.width..(y + 1) * seam.width].iter().map(|&side| side == BOTH));
+    let Some(overlap) = bounding_box(size.1, &overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
-    let mut above: Vec<Option<Difference>> = defaults(columns.len())?;
+    let mut above: Vec<Difference> = zeroed(columns.len())?;
     let pixels = image.data.as_chunks::<4>().0;
     for (j, y) in rows.clone().enumerate() {
         span.row(j, rows.len())?;
         let photo = reference.row(y);
-        let mut left = None;
-        for ((i, x), above) in columns.clone().enumerate().zip(&mut above) {
-            let (cell, at) = (j * columns.len() + i, y * seam.width + x);
-            let side = seam.data[at];
-            level.cells[cell].side = side;
-            let other = reference.pixel(photo, x).filter(|_| side == BOTH);
-            let here = other.map(|other| [0, 1, 2].map(|c| i16::from(pixels[at][c]) - i16::from(other[c])));
-            if let Some(here) = here {
+        let mut left = Difference::default();
+        let cells = &mut level.cells[j * columns.len()..(j + 1) * columns.len()];
+        for ((x, above), cell) in columns.clone().zip(&mut above).zip(cells) {
+            let at = y * seam.width + x;
+            cell.side = seam.data[at];
+            let mut here = Difference::default();
+            if let Some(other) = reference.pixel(photo, x).filter(|_| cell.side == BOTH) {
+                here = [(levels(pixels[at]) - levels(other)), i32x4::splat(-1)];
                 // The difference in colour, and that in gradient towards the neighbours to the left and above.
-                let gradients = change(here, left.unwrap_or(here)) + change(here, above.unwrap_or(here));
+                let change = |from: Difference| (here[0] - from[0]).abs() & from[1];
+                let sum = here[0].abs() + here[0].abs() + change(left) + change(*above);
                 let place = (y - reference.top) * reference.photo.width() + x - reference.left;
                 let believed = trusted.is_none_or(|trusted| trusted.data[place] != 0);
-                level.cells[cell].cost = 2 * change(here, [0; 3]) + gradients + if believed { 0 } else { UNTRUSTED };
+                cell.cost = sum.reduce_add() as u16 + if believed { 0 } else { UNTRUSTED };
             }
             (left, *above) = (here, here);
         }
@@ -51,10 +55,10 @@ pub(super) fn finest(
     Ok(Some(level))
 }
 
-/// Target minus reference, in levels.
-type Difference = [i16; 3];
+/// Target minus reference, in levels, and all ones; zeros where it is not known.
+type Difference = [i32x4; 2];
 
-/// Sum over the channels of how much two differences differ.
-fn change(a: Difference, b: Difference) -> u16 {
-    a.iter().zip(b).map(|(a, b)| a.abs_diff(b)).sum()
+/// Red, green, blue, 0.
+fn levels([r, g, b, _]: [u8; 4]) -> i32x4 {
+    i32x4::new([r, g, b, 0].map(i32::from))
 }

@@ -81,13 +81,15 @@ impl Flow {
         let mut sink = NEVER;
         let mut first = 0;
         while let Some(&here) = self.path.get(first) {
-            let Node { next, rest, layer, .. } = self.nodes[here as usize];
+            let layer = self.nodes[here as usize].layer;
             if layer >= sink {
                 break; // what is behind the sink cannot be on a shortest way
             }
-            for (next, _) in next.into_iter().zip(rest).filter(|(_, rest)| *rest > 0) {
+            for k in 0..NEIGHBOURS.len() {
+                let Node { next, rest, .. } = &self.nodes[here as usize];
+                let (next, rest) = (next[k], rest[k]);
                 let node = &mut self.nodes[next as usize];
-                if node.layer == NEVER {
+                if rest > 0 && node.layer == NEVER {
                     node.layer = layer + 1;
                     sink = if node.terminal < 0 { node.layer } else { sink };
                     self.path.push(next);
@@ -103,17 +105,19 @@ impl Flow {
         self.path.clear();
         let mut here = start;
         while self.nodes[here].terminal >= 0 {
-            let Node { next, rest, layer, open, .. } = self.nodes[here];
-            if open == 4 {
-                let Some(back) = self.path.pop() else { return false };
+            let Node { next, rest, layer, open, .. } = &self.nodes[here];
+            if let (Some(&next), Some(&rest)) = (next.get(*open), rest.get(*open)) {
+                if rest > 0 && self.nodes[next as usize].layer == layer + 1 {
+                    self.path.push(here as u32);
+                    here = next as usize;
+                    continue;
+                }
+            } else if let Some(back) = self.path.pop() {
                 here = back as usize;
-                self.nodes[here].open += 1;
-            } else if rest[open] > 0 && self.nodes[next[open] as usize].layer == layer + 1 {
-                self.path.push(here as u32);
-                here = next[open] as usize;
             } else {
-                self.nodes[here].open += 1;
+                return false;
             }
+            self.nodes[here].open += 1;
         }
         let rest = |&node: &u32| self.nodes[node as usize].rest[self.nodes[node as usize].open];
         let most = self.nodes[start].terminal.min(-self.nodes[here].terminal);

@@ -53,8 +53,8 @@ impl Level {
     /// The same at half the resolution.
     pub fn halved(&self) -> Result<Self> {
         let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
-        for (at, cell) in half.cells.iter_mut().enumerate() {
-            let (x, y) = (2 * (at % half.width), 2 * (at / half.width));
+        let (mut x, mut y) = (0, 0);
+        for cell in &mut half.cells {
             let (mut counts, mut sum) = ([0u32; 4], 0);
             for (i, j) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
                 if i < self.width && j < self.height {
@@ -71,14 +71,19 @@ impl Level {
                 _ => REFERENCE,
             };
             cell.cost = sum.checked_div(both).unwrap_or(0) as u16;
+            x += 2;
+            if x >= self.width {
+                (x, y) = (0, y + 2);
+            }
         }
         Ok(half)
     }
 
     /// Writes the decisions into the canvas' mask.
     pub fn write(&self, seam: &mut Mask) {
-        for (at, cell) in self.cells.iter().enumerate() {
-            seam.data[(self.top + at / self.width) * seam.width + self.left + at % self.width] = cell.shown;
+        let rows = seam.data.chunks_mut(seam.width).skip(self.top).zip(self.cells.chunks(self.width));
+        for (row, cells) in rows {
+            row[self.left..].iter_mut().zip(cells).for_each(|(shown, cell)| *shown = cell.shown);
         }
     }
 
@@ -109,10 +114,12 @@ impl Level {
     /// Decides for every cell. With a coarser level that is decided already, takes its decisions over, and decides anew
     /// near the seam. `scale` is how many times the borders' grid is coarser by a half.
     pub fn cut(&mut self, coarser: Option<&Self>, borders: &Borders, scale: u32) -> Result<()> {
-        for (at, cell) in self.cells.iter_mut().enumerate() {
-            cell.shown = cell.side;
-            if let Some(coarser) = coarser.filter(|_| cell.side == BOTH) {
-                cell.shown = coarser.cells[at / self.width / 2 * coarser.width + at % self.width / 2].shown;
+        for (y, row) in self.cells.chunks_mut(self.width).enumerate() {
+            for (x, cell) in row.iter_mut().enumerate() {
+                cell.shown = cell.side;
+                if let Some(coarser) = coarser.filter(|_| cell.side == BOTH) {
+                    cell.shown = coarser.cells[y / 2 * coarser.width + x / 2].shown;
+                }
             }
         }
         let count = self.number(coarser.is_none())?;
@@ -149,14 +156,16 @@ impl Level {
     /// Numbers the cells that are free to change sides, `all` or those near the present seam; how many there are.
     fn number(&mut self, all: bool) -> Result<usize> {
         let mut near: Vec<u8> = zeroed(self.cells.len())?;
-        for at in 0..near.len() {
-            let shown = |at: usize| self.cells[at].shown;
-            let here = shown(at);
-            let right = if (at + 1).is_multiple_of(self.width) { here } else { shown(at + 1) };
-            let below = if at + self.width < near.len() { shown(at + self.width) } else { here };
-            // 1 and 2 are the only labels that differ in both bits.
-            if here ^ right == BOTH || here ^ below == BOTH {
-                self.around(at, BAND, &mut |other| near[other] = 1);
+        let mut at = 0;
+        for row in self.cells.chunks(self.width) {
+            let below = self.cells.get(at + self.width..).unwrap_or(row);
+            for (x, (here, below)) in row.iter().zip(below).enumerate() {
+                // 1 and 2 are the only labels that differ in both bits.
+                let right = row.get(x + 1).unwrap_or(here);
+                if here.shown ^ right.shown == BOTH || here.shown ^ below.shown == BOTH {
+                    self.around(at, BAND, &mut |other| near[other] = 1);
+                }
+                at += 1;
             }
         }
         let mut count = 0;

@@ -45,7 +45,7 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
     for (i, side) in seam.data.iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);
-        *side = if inside[i].min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
+        *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ use super::super::Guide;
 use super::super::crop::Rect;
 use super::super::distance::{STRAIGHT, distance};
 use super::Progress;
-use super::cluster::{Cluster, Clusters};
+use super::cluster::Cluster;
 use crate::geometry::Sampler;
 use crate::image::reserve;
 use crate::{Image, Mask, Result};
@@ -50,11 +50,11 @@ const EFFORTS: [Effort; 3] = [
 /// A pixel of the picture and its colour.
 pub(super) type Filled = (usize, [u8; 4]);
 
-/// Adds the colours of a cluster's voids to `filled`. `false`, and nothing added, when there is no patch to copy from.
+/// Adds the colours of a cluster's voids, of which `inside` is true, to `filled`. `false`, and nothing added, when there is no patch to copy from.
 pub(super) fn fill(
     image: &Image,
     voids: &Mask,
-    clusters: &Clusters<'_>,
+    inside: &dyn Fn(usize, usize) -> bool,
     cluster: &Cluster,
     guide: Option<&Guide>,
     filled: &mut Vec<Filled>,
@@ -62,7 +62,7 @@ pub(super) fn fill(
 ) -> Result<bool> {
     let reach = REACH.0 * cluster.deepest + REACH.1;
     let window = cluster.bounds.grown(reach as usize, (image.width, image.height));
-    let mut finest = base(image, voids, &|x, y| clusters.has(cluster, x, y), guide, window)?;
+    let mut finest = base(image, voids, inside, guide, window)?;
     background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
     let mut levels = Vec::new();
     levels.push(finest);
@@ -129,7 +129,7 @@ fn peel(
         |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
     let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
     let depth = distance(level.depth.len(), level.width, &at_background)?;
-    let ring_of = |void: &Void| depth[void.cell] / STRAIGHT;
+    let ring_of = |void: &Void| u32::from(depth[void.cell]) / STRAIGHT;
     let radius = level.width.max(level.height);
     let mut next = Some(0);
     while let Some(ring) = next {

@@ -1,10 +1,10 @@
-//! The one sort of the features' code.
+//! The one sort of the core.
 
 use crate::Result;
 use crate::image::reserve;
 
 /// The indices 0 to `len` − 1 sorted by a total order; of those that are equal to each other only one is left.
-pub(super) fn sorted(len: usize, less: &dyn Fn(u32, u32) -> bool) -> Result<Vec<u32>> {
+pub(crate) fn sorted(len: usize, less: &dyn Fn(u32, u32) -> bool) -> Result<Vec<u32>> {
     let mut all = Vec::new();
     reserve(&mut all, len)?;
     all.extend(0..len as u32);
