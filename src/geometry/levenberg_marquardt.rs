@@ -27,9 +27,12 @@ impl Normal {
     #[inline(never)]
     pub fn gather(&mut self, row: &[f64; NUMBERS], slope: f64, weight: f64) {
         for (r, (sums, gradient)) in self.matrix.iter_mut().zip(&mut self.gradient).enumerate() {
-            *gradient += slope * row[r];
-            let weighted = weight * row[r];
-            sums.iter_mut().zip(&row[..=r]).for_each(|(sum, v)| *sum += weighted * v);
+            // Many numbers play no part in an equation.
+            if row[r] != 0.0 {
+                *gradient += slope * row[r];
+                let weighted = weight * row[r];
+                sums.iter_mut().zip(&row[..=r]).for_each(|(sum, v)| *sum += weighted * v);
+            }
         }
     }
 

@@ -62,7 +62,9 @@ impl Points {
 /// Homogeneous image of (x, y, 1, d).
 #[inline(always)]
 pub(super) fn transform(p: &Projection, x: f64, y: f64, d: f64) -> [f64; 3] {
-    [0, 1, 2].map(|r| p[r][0] * x + p[r][1] * y + p[r][2] + p[r][3] * d)
+    let along = |row: &[f64; 4]| row[0] * x + row[1] * y + row[2] + row[3] * d;
+    // Not `map`, which becomes a call.
+    [along(&p[0]), along(&p[1]), along(&p[2])]
 }
 
 /// The change of coordinates that centres both point sets with mean distance √2 (Hartley) and gives the inverse depth

@@ -28,7 +28,8 @@ impl LeastSquares for Transfer<'_> {
         let mut moments = [[[0.0; 4]; 4]; 4];
         for i in 0..points.len() {
             let m = [points[i].x, points[i].y, if depth { points[i].d } else { 0.0 }, 1.0];
-            let [a, b, w] = [0, 1, 2].map(|r| p[r][0] * m[0] + p[r][1] * m[1] + p[r][3] * m[2] + p[r][2]);
+            let along = |row: &[f64; 4]| row[0] * m[0] + row[1] * m[1] + row[3] * m[2] + row[2];
+            let [a, b, w] = [along(&p[0]), along(&p[1]), along(&p[2])];
             // A point that a step carries behind the camera is kept far off, so that the step is refused.
             let inverse = 1.0 / w.max(1e-9);
             let (u, v) = (a * inverse, b * inverse);

@@ -76,7 +76,8 @@ impl There {
     /// How a point at `place` moves with the inverse depth.
     #[inline(always)]
     fn slope_at(&self, place: [f64; 2], translation: Vector, focal: f64) -> [f64; 2] {
-        [0, 1].map(|k| self.scale * (translation[k] - place[k] * translation[2] / focal))
+        let along = |k: usize| self.scale * (translation[k] - place[k] * translation[2] / focal);
+        [along(0), along(1)]
     }
 }
 

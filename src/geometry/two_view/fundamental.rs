@@ -32,8 +32,9 @@ pub(super) fn cross_matrix(e: Vector, m: &Matrix) -> Fundamental {
 impl Errors for Fundamental {
     #[inline(always)]
     fn error(&self, p: &Point) -> f64 {
-        let [a, b, c] = [0, 1, 2].map(|r| self[r][0] * p.x + self[r][1] * p.y + self[r][2]);
-        let [d, e] = [0, 1].map(|k| self[0][k] * p.u + self[1][k] * p.v + self[2][k]);
+        let there = |r: usize| self[r][0] * p.x + self[r][1] * p.y + self[r][2];
+        let here = |c: usize| self[0][c] * p.u + self[1][c] * p.v + self[2][c];
+        let (a, b, c, d, e) = (there(0), there(1), there(2), here(0), here(1));
         let s = a * p.u + b * p.v + c;
         s * s / (a * a + b * b + d * d + e * e)
     }

@@ -110,7 +110,7 @@ fn supported(matches: &[Parallax], unit: f64) -> Vec<Parallax> {
     let keep = |m: &Parallax| {
         let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
         for other in matches.iter().filter(|o| o.index != m.index) {
-            let [dx, dy] = [0, 1].map(|k| m.target[k] - other.target[k]);
+            let (dx, dy) = (m.target[0] - other.target[0], m.target[1] - other.target[1]);
             let distance = dx * dx + dy * dy;
             let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.motion);
             if distance < nearest[NEIGHBOURS - 1].0 {

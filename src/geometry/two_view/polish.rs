@@ -3,7 +3,7 @@
 use super::fundamental::Fundamental;
 use crate::geometry::levenberg_marquardt::{LeastSquares, NUMBERS, Normal, minimise};
 use crate::geometry::points::Points;
-use crate::geometry::vectors::{add, apply, cofactors, dot, product, scale, transposed};
+use crate::geometry::vectors::{add, added, apply, cofactors, dot, product, scale, transposed};
 
 /// The entries of F row by row, and two that count for nothing.
 type Entries = [f64; NUMBERS];
@@ -26,7 +26,7 @@ impl LeastSquares for Distances<'_> {
             (l[2], k[2]) = (0.0, 0.0);
             let square = dot(l, l) + dot(k, k);
             let (inverse, q) = (1.0 / square.sqrt(), s / square);
-            let inner = [0, 1, 2].map(|c| m[c] - q * k[c]);
+            let inner = added(m, k, -q);
             let mut slope = [0.0; NUMBERS];
             for (i, slope) in slope.iter_mut().take(9).enumerate() {
                 let (r, c) = (i / 3, i % 3);
