@@ -51,10 +51,12 @@ impl Parts {
         reserve(&mut parts, cells)?;
         for y in window.y..window.y + window.height {
             let row = y * image.width + window.x..y * image.width + window.x + width;
-            parts.extend(voids.data[row.clone()].iter().zip(&pixels[row]).map(|(&void, pixel)| match (void, pixel[3]) {
-                (0, 0) => Part::Empty,
-                (0, _) => Part::Known,
-                _ => Part::Gap,
+            parts.extend(voids.data[row.clone()].iter().zip(&pixels[row]).map(|(&void, pixel)| {
+                match (void, pixel[3]) {
+                    (0, 0) => Part::Empty,
+                    (0, _) => Part::Known,
+                    _ => Part::Gap,
+                }
             }));
         }
         if options.method == FillMethod::Smooth {

@@ -98,30 +98,32 @@ impl Level {
         let (width, height) = self.size();
         let mut half = Self::new(width.div_ceil(2), height.div_ceil(2))?;
         let (columns, rows) = half.size();
-        for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let first = self.cell(2 * x, 2 * y);
-            // The padding stands in for what an odd side lacks.
-            let below = [first, first + 1, first + self.width, first + self.width + 1];
-            let cell = half.cell(x, y);
-            let (mut far, mut limit, mut voids) = (0.0, f32::MAX, 0.0);
-            for void in below.iter().filter_map(|&at| self.voids.get((self.index[at] as usize).wrapping_sub(1))) {
-                far += void.far;
-                limit = void.limit.min(limit);
-                voids += 1.0;
-            }
-            if voids > 0.0 {
-                half.push(Void { cell, far: far / voids, limit })?;
-                continue;
-            }
-            let (mut sum, mut known, mut depth) = ([0u32; 4], 0, f32::NEG_INFINITY);
-            for at in below.into_iter().filter(|&at| self.depth[at] < f32::INFINITY) {
-                sum.iter_mut().zip(self.colour[at]).for_each(|(sum, c)| *sum += u32::from(c));
-                known += 1;
-                depth = depth.max(self.depth[at]);
-            }
-            if known > 0 {
-                half.colour[cell] = sum.map(|sum| ((sum + known / 2) / known) as u8);
-                half.depth[cell] = depth;
+        for y in 0..rows {
+            for x in 0..columns {
+                let first = self.cell(2 * x, 2 * y);
+                // The padding stands in for what an odd side lacks.
+                let below = [first, first + 1, first + self.width, first + self.width + 1];
+                let cell = half.cell(x, y);
+                let (mut far, mut limit, mut voids) = (0.0, f32::MAX, 0.0);
+                for void in below.iter().filter_map(|&at| self.voids.get((self.index[at] as usize).wrapping_sub(1))) {
+                    far += void.far;
+                    limit = void.limit.min(limit);
+                    voids += 1.0;
+                }
+                if voids > 0.0 {
+                    half.push(Void { cell, far: far / voids, limit })?;
+                    continue;
+                }
+                let (mut sum, mut known, mut depth) = ([0u32; 4], 0, f32::NEG_INFINITY);
+                for at in below.into_iter().filter(|&at| self.depth[at] < f32::INFINITY) {
+                    sum.iter_mut().zip(self.colour[at]).for_each(|(sum, c)| *sum += u32::from(c));
+                    known += 1;
+                    depth = depth.max(self.depth[at]);
+                }
+                if known > 0 {
+                    half.colour[cell] = sum.map(|sum| ((sum + known / 2) / known) as u8);
+                    half.depth[cell] = depth;
+                }
             }
         }
         Ok(half)
