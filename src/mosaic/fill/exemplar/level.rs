@@ -1,7 +1,7 @@
 //! A window of the picture at one resolution.
 
 use crate::Result;
-use crate::image::{reserve, zeroed};
+use crate::image::{filled, reserve, zeroed};
 
 /// Side of the patches that are compared, in pixels.
 pub(super) const SIDE: usize = 8;
@@ -48,14 +48,11 @@ impl Level {
     pub fn new(width: usize, height: usize) -> Result<Self> {
         let (width, height) = (width + 2 * PAD, height + 2 * PAD);
         let cells = width * height;
-        let mut depth = Vec::new();
-        reserve(&mut depth, cells)?;
-        depth.resize(cells, f32::INFINITY);
         Ok(Self {
             width,
             height,
             colour: zeroed(cells)?,
-            depth,
+            depth: filled(cells, f32::INFINITY)?,
             seen: Vec::new(),
             nearest: Vec::new(),
             index: zeroed(cells)?,
@@ -138,9 +135,7 @@ impl Level {
         self.carriers.extend((0..).zip(&self.voids).filter(|(_, void)| carries(void)).map(|(number, _)| number));
         self.nearest = self.greatest_in_patch()?;
         // What is too near for the void next to it. Voids farther inside see no known pixel.
-        let mut limits = Vec::new();
-        reserve(&mut limits, self.depth.len())?;
-        limits.resize(self.depth.len(), f32::INFINITY);
+        let mut limits = filled(self.depth.len(), f32::INFINITY)?;
         for void in &self.voids {
             let edge = [1, self.width]
                 .into_iter()
@@ -172,7 +167,7 @@ impl Level {
         reserve(&mut out, self.depth.len())?;
         out.extend_from_slice(&self.depth);
         // Doubling: the maximum over 2, 4 and 8 cells from each one on.
-        for reach in [1, 2, 4].into_iter().flat_map(|reach| [reach, reach * self.width]) {
+        for reach in [1, self.width, 2, 2 * self.width, 4, 4 * self.width] {
             for at in 0..out.len() - reach {
                 out[at] = if out[at] > out[at + reach] { out[at] } else { out[at + reach] };
             }

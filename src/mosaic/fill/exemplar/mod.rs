@@ -125,9 +125,10 @@ fn peel(
     for void in &level.voids {
         level.seen[void.cell] = 0;
     }
-    let around =
-        |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
-    let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
+    let at_background = |cell: usize| {
+        let rows = [cell - level.width, cell, cell + level.width];
+        level.index[cell] != 0 && rows.iter().any(|&row| level.seen[row - 1..=row + 1] != [0; 3])
+    };
     let depth = distance(level.depth.len(), level.width, &at_background)?;
     let ring_of = |void: &Void| u32::from(depth[void.cell]) / STRAIGHT;
     let radius = level.width.max(level.height);
