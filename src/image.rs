@@ -170,10 +170,7 @@ impl InverseDepth {
     /// # Errors
     /// `out-of-memory` when the allocator refuses.
     pub fn constant(value: f32, width: usize, height: usize) -> Result<Self> {
-        let mut data = Vec::new();
-        reserve(&mut data, width * height)?;
-        data.resize(width * height, value);
-        Ok(Self { data, width, height })
+        Ok(Self { data: filled(width * height, value)?, width, height })
     }
 
     /// Values row by row, NaN for holes.
@@ -266,9 +263,14 @@ pub(crate) fn zeroed<T: Zeroable>(len: usize) -> Result<Vec<T>> {
 
 /// `len` defaults, refusing instead of aborting when memory is out.
 pub(crate) fn defaults<T: Clone + Default>(len: usize) -> Result<Vec<T>> {
+    filled(len, T::default())
+}
+
+/// `len` times the same, refusing instead of aborting when memory is out.
+pub(crate) fn filled<T: Clone>(len: usize, value: T) -> Result<Vec<T>> {
     let mut v = Vec::new();
     reserve(&mut v, len)?;
-    v.resize(len, T::default());
+    v.resize(len, value);
     Ok(v)
 }
 

@@ -3,7 +3,7 @@
 use wide::u16x8;
 
 use crate::Result;
-use crate::image::reserve;
+use crate::image::{filled, reserve};
 
 /// Step lengths of the 5-7 chamfer distance: within 8 % of the Euclidean one, exact in integers.
 pub(super) const STRAIGHT: u32 = 5;
@@ -32,9 +32,7 @@ pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> boo
 /// Carries distances on to the right and downwards.
 fn sweep(grid: &mut [u16], width: usize) -> Result<()> {
     // The row above, with a cell more on the left and some on the right.
-    let mut above = Vec::new();
-    reserve(&mut above, width + 2 * LANES)?;
-    above.resize(width + 2 * LANES, FAR);
+    let mut above = filled(width + 2 * LANES, FAR)?;
     for row in grid.chunks_exact_mut(width) {
         let mut left = u32::from(FAR);
         for (cells, above) in row.chunks_mut(LANES).zip(above.windows(LANES + 2).step_by(LANES)) {

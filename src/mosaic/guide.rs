@@ -73,10 +73,12 @@ fn samples(canvas: &[f32], stride: usize, reference: &InverseDepth) -> Result<Ve
     let step = width.max(height).div_ceil(SAMPLES);
     let mut samples = Vec::new();
     reserve(&mut samples, SAMPLES * SAMPLES)?;
-    for (y, x) in (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| (y, x))) {
-        let pair = [reference.data()[y * width + x], canvas[y * stride + x]];
-        if pair.iter().all(|d| d.is_finite()) {
-            samples.push(pair.map(f64::from));
+    for y in (0..height).step_by(step) {
+        for x in (0..width).step_by(step) {
+            let pair = [reference.data()[y * width + x], canvas[y * stride + x]];
+            if pair.iter().all(|d| d.is_finite()) {
+                samples.push(pair.map(f64::from));
+            }
         }
     }
     Ok(samples)

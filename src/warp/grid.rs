@@ -5,7 +5,7 @@ use wide::i32x4;
 use super::canvas::Limits;
 use super::raster::LANES;
 use crate::geometry::Model;
-use crate::image::{reserve, zeroed};
+use crate::image::{filled, zeroed};
 use crate::{Error, InverseDepth, Result};
 
 /// Binary digits after the point of a [`Point`]. On this grid edge functions are exact in integers, so neighbouring
@@ -47,11 +47,8 @@ impl VertexGrid {
     ) -> Result<Self> {
         let ((columns, dx), (rows, dy)) = (axis(columns, size.0), axis(rows, size.1));
         let stride = columns.next_multiple_of(LANES) + 1;
-        let (mut px, mut py) = (Vec::new(), Vec::new());
-        reserve(&mut px, stride * (rows + 1))?;
-        reserve(&mut py, stride * (rows + 1))?;
-        px.resize(stride * (rows + 1), INVALID);
-        py.resize(stride * (rows + 1), INVALID);
+        let mut px = filled(stride * (rows + 1), INVALID)?;
+        let mut py = filled(stride * (rows + 1), INVALID)?;
         let (mut clipped, mut least, mut most) = (false, [i32::MAX; 2], [INVALID; 2]);
         let mut depths: Vec<f32> = zeroed(columns + 1)?;
         for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {

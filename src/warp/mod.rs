@@ -177,16 +177,23 @@ fn check(
     reverse: &Model,
     options: &WarpOptions,
 ) -> Result<()> {
-    let positive = "a finite number above 0";
-    for (name, expected, value, valid) in [
-        ("voidDistance", positive, options.void_distance, options.void_distance > 0.0),
-        ("stretchLimit", positive, options.stretch_limit, options.stretch_limit > 0.0),
-        ("colourDistance", positive, options.colour_distance.min(f64::MAX), options.colour_distance > 0.0),
-        ("canvasLimit", "from 0 to 100", options.canvas_limit, (0.0..=100.0).contains(&options.canvas_limit)),
-    ] {
-        if !(valid && value.is_finite()) {
-            return Err(Error::InvalidArgument { name, expected, value }.into());
+    let positive = |name, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(Error::InvalidArgument { name, expected: "a finite number above 0", value })
         }
+    };
+    positive("voidDistance", options.void_distance)?;
+    positive("stretchLimit", options.stretch_limit)?;
+    positive("colourDistance", options.colour_distance.min(f64::MAX))?;
+    if !(0.0..=100.0).contains(&options.canvas_limit) {
+        return Err(Error::InvalidArgument {
+            name: "canvasLimit",
+            expected: "from 0 to 100",
+            value: options.canvas_limit,
+        }
+        .into());
     }
     check_views(target, reference, forward, reverse)
 }
@@ -194,16 +201,22 @@ fn check(
 /// Checks models, sizes, and that there is depth where there is parallax.
 fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
     for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
-        let problem = match view.depth {
-            _ if !model.is_finite() => Some(("model", "finite")),
+        if !model.is_finite() {
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
+        }
+        match view.depth {
             Some(depth) => {
-                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?;
-                None
+                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
             }
-            None => model.has_parallax().then_some((name, "given, as the model has parallax")),
-        };
-        if let Some((name, expected)) = problem {
-            return Err(Error::InvalidArgument { name, expected, value: f64::NAN }.into());
+            None if model.has_parallax() => {
+                return Err(Error::InvalidArgument {
+                    name,
+                    expected: "given, as the model has parallax",
+                    value: f64::NAN,
+                }
+                .into());
+            }
+            None => {}
         }
     }
     Ok(())

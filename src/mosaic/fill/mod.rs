@@ -75,9 +75,11 @@ pub fn fill(
         if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
             // There is no piece that could be copied.
             let (columns, rows) = cluster.bounds.grown(0, (image.width, image.height)).ranges();
-            for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
-                if let Some(at) = clusters.find(&parts, cluster, x, y) {
-                    parts.parts[at] = Part::Gap;
+            for y in rows {
+                for x in columns.clone() {
+                    if let Some(at) = clusters.find(&parts, cluster, x, y) {
+                        parts.parts[at] = Part::Gap;
+                    }
                 }
             }
         }

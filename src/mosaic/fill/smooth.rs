@@ -184,7 +184,7 @@ impl<'a> Transport<'a> {
         let mut border = Vec::new();
         for &void in voids {
             reserve_more(&mut border, NEIGHBOURS.len())?;
-            for (x, y) in NEIGHBOURS {
+            for &(x, y) in &NEIGHBOURS {
                 let next = self.cell(void).wrapping_add_signed(self.step(x, y));
                 if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
                     border.push((next, self.numbers[next]));
@@ -214,7 +214,7 @@ impl<'a> Transport<'a> {
     fn tensor(&self, x: usize, y: usize, centre: f32x4) -> f32x4 {
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
         let (mut along_x, mut along_y) = (f32x4::ZERO, f32x4::ZERO);
-        for (i, j) in NEIGHBOURS {
+        for &(i, j) in &NEIGHBOURS {
             if let Some(colour) = self.valid(x.wrapping_add_signed(i), y.wrapping_add_signed(j)) {
                 let (i, j) = (i as f32, j as f32);
                 (xx, xy, yy) = (xx + i * i, xy + i * j, yy + j * j);

@@ -2,7 +2,7 @@
 
 use super::level::{Level, Void};
 use crate::Result;
-use crate::image::reserve;
+use crate::image::filled;
 
 /// Steps in eight directions (as x, y).
 const DIRECTIONS: [(isize, isize); 8] = [(1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1)];
@@ -19,9 +19,7 @@ const SHARE: f32 = 0.5;
 #[inline(never)]
 pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
     let tolerance = SHARE * 0.2 * spread(level);
-    let mut least = Vec::new();
-    reserve(&mut least, level.voids.len())?;
-    least.resize(level.voids.len(), f32::INFINITY);
+    let mut least = filled(level.voids.len(), f32::INFINITY)?;
     for (dx, dy) in DIRECTIONS {
         let step = dy * level.width.cast_signed() + dx;
         let length = ((dx * dx + dy * dy) as f32).sqrt();

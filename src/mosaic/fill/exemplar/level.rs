@@ -1,7 +1,7 @@
 //! A window of the picture at one resolution.
 
 use crate::Result;
-use crate::image::{reserve, zeroed};
+use crate::image::{filled, reserve, zeroed};
 
 /// Side of the patches that are compared, in pixels.
 pub(super) const SIDE: usize = 8;
@@ -48,14 +48,11 @@ impl Level {
     pub fn new(width: usize, height: usize) -> Result<Self> {
         let (width, height) = (width + 2 * PAD, height + 2 * PAD);
         let cells = width * height;
-        let mut depth = Vec::new();
-        reserve(&mut depth, cells)?;
-        depth.resize(cells, f32::INFINITY);
         Ok(Self {
             width,
             height,
             colour: zeroed(cells)?,
-            depth,
+            depth: filled(cells, f32::INFINITY)?,
             seen: Vec::new(),
             nearest: Vec::new(),
             index: zeroed(cells)?,
@@ -98,30 +95,32 @@ impl Level {
         let (width, height) = self.size();
         let mut half = Self::new(width.div_ceil(2), height.div_ceil(2))?;
         let (columns, rows) = half.size();
-        for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let first = self.cell(2 * x, 2 * y);
-            // The padding stands in for what an odd side lacks.
-            let below = [first, first + 1, first + self.width, first + self.width + 1];
-            let cell = half.cell(x, y);
-            let (mut far, mut limit, mut voids) = (0.0, f32::MAX, 0.0);
-            for void in below.iter().filter_map(|&at| self.voids.get((self.index[at] as usize).wrapping_sub(1))) {
-                far += void.far;
-                limit = void.limit.min(limit);
-                voids += 1.0;
-            }
-            if voids > 0.0 {
-                half.push(Void { cell, far: far / voids, limit })?;
-                continue;
-            }
-            let (mut sum, mut known, mut depth) = ([0u32; 4], 0, f32::NEG_INFINITY);
-            for at in below.into_iter().filter(|&at| self.depth[at] < f32::INFINITY) {
-                sum.iter_mut().zip(self.colour[at]).for_each(|(sum, c)| *sum += u32::from(c));
-                known += 1;
-                depth = depth.max(self.depth[at]);
-            }
-            if known > 0 {
-                half.colour[cell] = sum.map(|sum| ((sum + known / 2) / known) as u8);
-                half.depth[cell] = depth;
+        for y in 0..rows {
+            for x in 0..columns {
+                let first = self.cell(2 * x, 2 * y);
+                // The padding stands in for what an odd side lacks.
+                let below = [first, first + 1, first + self.width, first + self.width + 1];
+                let cell = half.cell(x, y);
+                let (mut far, mut limit, mut voids) = (0.0, f32::MAX, 0.0);
+                for void in below.iter().filter_map(|&at| self.voids.get((self.index[at] as usize).wrapping_sub(1))) {
+                    far += void.far;
+                    limit = void.limit.min(limit);
+                    voids += 1.0;
+                }
+                if voids > 0.0 {
+                    half.push(Void { cell, far: far / voids, limit })?;
+                    continue;
+                }
+                let (mut sum, mut known, mut depth) = ([0u32; 4], 0, f32::NEG_INFINITY);
+                for at in below.into_iter().filter(|&at| self.depth[at] < f32::INFINITY) {
+                    sum.iter_mut().zip(self.colour[at]).for_each(|(sum, c)| *sum += u32::from(c));
+                    known += 1;
+                    depth = depth.max(self.depth[at]);
+                }
+                if known > 0 {
+                    half.colour[cell] = sum.map(|sum| ((sum + known / 2) / known) as u8);
+                    half.depth[cell] = depth;
+                }
             }
         }
         Ok(half)
@@ -136,9 +135,7 @@ impl Level {
         self.carriers.extend((0..).zip(&self.voids).filter(|(_, void)| carries(void)).map(|(number, _)| number));
         self.nearest = self.greatest_in_patch()?;
         // What is too near for the void next to it. Voids farther inside see no known pixel.
-        let mut limits = Vec::new();
-        reserve(&mut limits, self.depth.len())?;
-        limits.resize(self.depth.len(), f32::INFINITY);
+        let mut limits = filled(self.depth.len(), f32::INFINITY)?;
         for void in &self.voids {
             let edge = [1, self.width]
                 .into_iter()
@@ -170,7 +167,7 @@ impl Level {
         reserve(&mut out, self.depth.len())?;
         out.extend_from_slice(&self.depth);
         // Doubling: the maximum over 2, 4 and 8 cells from each one on.
-        for reach in [1, 2, 4].into_iter().flat_map(|reach| [reach, reach * self.width]) {
+        for reach in [1, self.width, 2, 2 * self.width, 4, 4 * self.width] {
             for at in 0..out.len() - reach {
                 out[at] = if out[at] > out[at + reach] { out[at] } else { out[at + reach] };
             }

@@ -125,9 +125,10 @@ fn peel(
     for void in &level.voids {
         level.seen[void.cell] = 0;
     }
-    let around =
-        |cell: usize| [cell - level.width, cell, cell + level.width].into_iter().flat_map(|cell| cell - 1..=cell + 1);
-    let at_background = |cell: usize| level.index[cell] != 0 && around(cell).any(|cell| level.seen[cell] != 0);
+    let at_background = |cell: usize| {
+        let rows = [cell - level.width, cell, cell + level.width];
+        level.index[cell] != 0 && rows.iter().any(|&row| level.seen[row - 1..=row + 1] != [0; 3])
+    };
     let depth = distance(level.depth.len(), level.width, &at_background)?;
     let ring_of = |void: &Void| u32::from(depth[void.cell]) / STRAIGHT;
     let radius = level.width.max(level.height);
@@ -164,19 +165,21 @@ fn base(
     window: Rect,
 ) -> Result<Level> {
     let mut level = Level::new(window.width, window.height)?;
-    for (y, x) in (0..window.height).flat_map(|y| (0..window.width).map(move |x| (y, x))) {
-        let cell = level.cell(x, y);
-        let (x, y) = (window.x + x, window.y + y);
-        let at = y * image.width + x;
-        let pixel = &image.data[4 * at..4 * at + 4];
-        if voids.data[at] != 0 {
-            if inside(x, y) {
-                level.push(Void { cell, far: f32::NEG_INFINITY, limit: f32::MAX })?;
+    for y in 0..window.height {
+        for x in 0..window.width {
+            let cell = level.cell(x, y);
+            let (x, y) = (window.x + x, window.y + y);
+            let at = y * image.width + x;
+            let pixel = &image.data[4 * at..4 * at + 4];
+            if voids.data[at] != 0 {
+                if inside(x, y) {
+                    level.push(Void { cell, far: f32::NEG_INFINITY, limit: f32::MAX })?;
+                }
+            } else if pixel[3] != 0 {
+                level.colour[cell] = [pixel[0], pixel[1], pixel[2], 0];
+                let depth = guide.map_or(f32::NAN, |guide| guide.depth.data()[at]);
+                level.depth[cell] = if depth.is_finite() { depth } else { f32::NEG_INFINITY };
             }
-        } else if pixel[3] != 0 {
-            level.colour[cell] = [pixel[0], pixel[1], pixel[2], 0];
-            let depth = guide.map_or(f32::NAN, |guide| guide.depth.data()[at]);
-            level.depth[cell] = if depth.is_finite() { depth } else { f32::NEG_INFINITY };
         }
     }
     Ok(level)
