@@ -150,9 +150,12 @@ pub fn stitch(
     let mut laps = Laps::start(observer);
     let aligned = aligned(matches, target, reference, options, observer, &mut laps)?;
     let (geometry, [target, reference]) = (&aligned.geometry, aligned.views(target, reference));
-    let mut warping = aligned.warp(target, &options.warp);
-    // Only what fills with pieces of the background looks at depth again.
-    warping.depth &= options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
+    let warping = WarpOptions {
+        void_distance: aligned.void_distance(target.image, options.warp.void_distance),
+        // Only what fills with pieces of the background looks at depth again.
+        depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
+        ..options.warp.clone()
+    };
     let warped = warp(target, reference, &geometry.forward, &geometry.reverse, &warping, observer)?;
     laps.end(Stage::Warp, observer);
     report(observer, Stage::Measure, 0.0)?;

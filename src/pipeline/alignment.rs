@@ -6,8 +6,8 @@ use super::{Options, WithoutDepth};
 use crate::geometry::statistics::nth;
 use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, continue_outside, derive_missing, estimate, two_view};
 use crate::observer::Observer;
-use crate::warp::{RefineOptions, View, WarpOptions, refine};
-use crate::{InverseDepth, Mask, Result, Stage};
+use crate::warp::{RefineOptions, View, refine};
+use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Both models and both inverse-depth maps.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,14 +63,12 @@ impl Alignment<'_> {
         [view(target, 0), view(reference, 1)]
     }
 
-    /// Depth from the photos alone soon is wrong where they do not tell of it: the void distance is four times what the
-    /// matches miss, from half of what was asked for to all of it.
-    pub(super) fn warp(&self, target: View<'_>, options: &WarpOptions) -> WarpOptions {
-        let [w, h] = [target.image.width(), target.image.height()].map(|side| side as f64);
-        let share = self.spread.map_or(1.0, |[spread, _]| {
-            (4.0 * spread / (options.void_distance * (w * w + h * h).sqrt())).clamp(0.5, 1.0)
-        });
-        WarpOptions { void_distance: share * options.void_distance, ..options.clone() }
+    /// The void distance to warp this alignment with, as a share of the diagonal of `target`. Depth from the photos alone
+    /// soon is wrong where they do not tell of it: it is four times what the matches miss, from half of `most` to all of it.
+    #[must_use]
+    pub fn void_distance(&self, target: ImageView<'_>, most: f64) -> f64 {
+        let [w, h] = [target.width(), target.height()].map(|side| side as f64);
+        self.spread.map_or(most, |[spread, _]| (4.0 * spread / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
     }
 
     /// What the stage is called that made this alignment.

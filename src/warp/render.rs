@@ -82,7 +82,8 @@ impl<'a> Painter<'a> {
             recover,
             select,
             per_place: 1.0 / (options.void_distance * options.void_distance * (w * w + h * h)),
-            per_colour: 1.0 / (3.0 * options.colour_distance * options.colour_distance + 0.19 * difference::mean(scene)),
+            per_colour: 1.0
+                / (3.0 * options.colour_distance * options.colour_distance + 0.19 * difference::mean(scene)),
         })
     }
 

@@ -250,6 +250,8 @@ pub fn align(
         let matches = aligned.matches.as_deref().or(given.as_deref());
         put(&result, "matches", results::matches(matches.unwrap_or_default()));
         results::add_depth(&result, &aligned.depth);
+        let void_distance = aligned.void_distance(photos.target().image, options.warp.void_distance);
+        put(&result, "voidDistance", void_distance.into());
         put(&result, "trusted", aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
         Ok(result)
     })

@@ -287,6 +287,8 @@ export interface Alignment extends Geometry {
   /** The inverse depth that goes with the models, where there is any. */
   targetDepth?: DepthOutput;
   referenceDepth?: DepthOutput;
+  /** The option to warp with: with depth from the two photos alone less than what was asked for. */
+  voidDistance: number;
   /** Reference pixels whose depth the refinement is sure of; null without refinement. */
   trusted: Mask | null;
 }

@@ -91,30 +91,35 @@ test("the same input gives the same bytes, in a worker and without", async () =>
   assert.deepEqual(here, first);
 });
 
-test("the halves give the bytes of stitch", async () => {
-  const { target, reference, inputs } = await sample();
-  const whole = await stitch(target, reference, { ...inputs, fill: "none" });
-  const { targetDepth, referenceDepth, trusted, ...geometry } = await align(
-    target,
-    reference,
-    inputs,
-  );
-  const warped = await warp(target, reference, geometry, { targetDepth, referenceDepth });
-  const { mosaic, seam, gains } = await blend(warped, reference, { trusted });
-  assert.deepEqual(geometry.forward, whole.forward);
-  assert.deepEqual(warped.warped, whole.warped);
-  assert.deepEqual(mosaic, whole.mosaic);
-  assert.deepEqual(seam, whole.seam);
-  assert.deepEqual(gains, whole.gains);
-  const rect = whole.crop.inner;
-  assert.ok(rect);
-  const kept = crop(mosaic, rect);
-  assert.deepEqual([kept.width, kept.height], [rect.width, rect.height]);
-  assert.ok(kept.data.every((value, i) => i % 4 < 3 || value === 255));
-  assert.throws(() => crop(mosaic, { ...rect, width: mosaic.width + 1 }), {
-    code: "invalid-argument",
+/** @type {("given" | "found")[]} */
+const depths = ["given", "found"];
+for (const depth of depths)
+  test(`the halves give the bytes of stitch, depth being ${depth}`, async () => {
+    const { target, reference, inputs } = await sample();
+    const options = depth === "given" ? inputs : { matches: inputs.matches };
+    const whole = await stitch(target, reference, { ...options, fill: "none" });
+    const { targetDepth, referenceDepth, voidDistance, trusted, ...geometry } = await align(
+      target,
+      reference,
+      options,
+    );
+    const maps = { targetDepth, referenceDepth };
+    const warped = await warp(target, reference, geometry, { ...maps, voidDistance });
+    const { mosaic, seam, gains } = await blend(warped, reference, { trusted });
+    assert.deepEqual(geometry.forward, whole.forward);
+    assert.deepEqual(warped.warped, whole.warped);
+    assert.deepEqual(mosaic, whole.mosaic);
+    assert.deepEqual(seam, whole.seam);
+    assert.deepEqual(gains, whole.gains);
+    const rect = whole.crop.inner;
+    assert.ok(rect);
+    const kept = crop(mosaic, rect);
+    assert.deepEqual([kept.width, kept.height], [rect.width, rect.height]);
+    assert.ok(kept.data.every((value, i) => i % 4 < 3 || value === 255));
+    assert.throws(() => crop(mosaic, { ...rect, width: mosaic.width + 1 }), {
+      code: "invalid-argument",
+    });
   });
-});
 
 test("stages called one by one give the bytes of stitch in the published mode", async () => {
   const { target, reference, inputs } = await sample();
