@@ -59,31 +59,20 @@ struct Painter<'a> {
     state: &'a mut [u8],
     /// The target's inverse depth of the accepted candidate. Empty without a map.
     depth: Vec<f32>,
-    recover: bool,
-    select: bool,
-    /// 1/β², β in pixels of the target.
-    per_place: f64,
     /// 1/3σ²: σ is the colour distance where the photos are alike, and more where they differ anyway.
     per_colour: f64,
 }
 
 impl<'a> Painter<'a> {
     fn new(scene: &'a Scene<'a>, canvas: &'a Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
-        let options = scene.options;
-        let recover = options.mode != WarpMode::Backward;
-        let select = options.mode == WarpMode::Optimal;
-        let (w, h) = (scene.target.width() as f64, scene.target.height() as f64);
+        let distance = scene.options.colour_distance;
         Ok(Self {
             scene,
             canvas,
             pixels: image.data.as_chunks_mut().0,
             state: &mut footprint.data,
             depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
-            recover,
-            select,
-            per_place: 1.0 / (options.void_distance * options.void_distance * (w * w + h * h)),
-            per_colour: 1.0
-                / (3.0 * options.colour_distance * options.colour_distance + 0.19 * difference::mean(scene)),
+            per_colour: 1.0 / (3.0 * distance * distance + 0.19 * difference::mean(scene)),
         })
     }
 
@@ -92,10 +81,15 @@ impl<'a> Painter<'a> {
     fn offer(&mut self, groups: &[Covered], j: usize, step: [f64; 2]) {
         // What the loop looks at lies in locals: nothing that is written could change it.
         let Scene { target, target_depth, reference, reference_depth, reverse, .. } = *self.scene;
-        let (recover, select, per_place, per_colour) = (self.recover, self.select, self.per_place, self.per_colour);
+        let options = self.scene.options;
+        let recover = options.mode != WarpMode::Backward;
+        let select = options.mode == WarpMode::Optimal;
+        let (w, h) = (target.width() as f64, target.height() as f64);
+        // 1/β², β in pixels of the target.
+        let per_place = 1.0 / (options.void_distance * options.void_distance * (w * w + h * h));
+        let per_colour = self.per_colour;
         let (offset_x, offset_y) = self.canvas.offset;
         let (stride, width, height) = (self.canvas.width, reference.width(), reference.height());
-        let keep_depth = self.scene.options.depth;
         let state = &mut *self.state;
         let pixels = &mut self.pixels[..state.len()];
         let depths = &mut self.depth[..];
@@ -146,7 +140,7 @@ impl<'a> Painter<'a> {
                         continue;
                     }
                 }
-                let nearness = target_depth.filter(|_| keep_depth || !inside).map(|depth| tap.nearest(depth.data()));
+                let nearness = target_depth.filter(|_| options.depth || !inside).map(|depth| tap.nearest(depth.data()));
                 if taken {
                     // The one already there is compared by its own pixel, so that no errors need to be kept.
                     let worse = if inside {
