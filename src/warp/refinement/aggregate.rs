@@ -187,7 +187,7 @@ fn shifted(labels: u8x16, shift: i32) -> u8x16 {
     if shift == 0 {
         return labels;
     }
-    let from = PLACES + i8x16::splat(shift.max(-16).min(16) as i8);
+    let from = PLACES + i8x16::splat(shift.clamp(-16, 16) as i8);
     // What is out of reach becomes 0.
     let left: i8x16 = bytemuck::cast(!labels);
     bytemuck::cast(!left.swizzle(from))

@@ -172,7 +172,7 @@ impl<'a> CostRows<'a> {
             for row in seen.chunks_exact_mut(stride) {
                 let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
                 for q in 0..4 {
-                    four = four ^ self.to.sample(u[q], v[q]) << (8 * q as i32);
+                    four ^= self.to.sample(u[q], v[q]) << (8 * q as i32);
                     u[q] += du[q];
                     v[q] += dv[q];
                 }
