@@ -87,13 +87,16 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
     exemplar - smooth
 }
 
-const SIZE: (usize, usize) = (450, 300);
+const SMALL: (usize, usize) = (450, 300);
+const LARGE: (usize, usize) = (600, 400);
 
 #[test]
 fn the_hidden_background_is_nearer_to_the_truth() {
     let mut swapped = gallery();
     std::mem::swap(&mut swapped.target, &mut swapped.reference);
-    let gains = [gain("gallery", &gallery(), SIZE), gain("swapped", &swapped, SIZE)];
+    // What is found by chance makes a few tenths of a decibel.
+    let gains = [SMALL, LARGE].map(|size| [gain("gallery", &gallery(), size), gain("swapped", &swapped, size)]);
+    let gains = gains.as_flattened();
     assert!(gains.iter().sum::<f64>() >= 2.0 * gains.len() as f64 && gains.iter().all(|&gain| gain > 1.5), "{gains:?}");
 }
 
@@ -103,7 +106,7 @@ fn another_place_of_the_target_gains_as_much() {
     scene.target.centre.x += 1.6;
     scene.target.centre.z += 0.8;
     scene.target.yaw += 0.45;
-    let gain = gain("from the right", &scene, SIZE);
+    let gain = gain("from the right", &scene, SMALL);
     assert!(gain >= 2.0, "{gain}");
 }
 

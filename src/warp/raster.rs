@@ -13,6 +13,8 @@ use super::sides::StretchLimit;
 /// Cells looked at together.
 pub(super) const LANES: usize = 4;
 const ALL: i32 = 0b1111;
+/// The bit of every lane.
+const BITS: i32x4 = i32x4::new([1, 2, 4, 8]);
 
 /// Groups of pixels in a batch, at most: what the processor's nearest cache holds.
 pub(super) const BATCH: usize = 256;
@@ -75,6 +77,14 @@ pub(super) fn draw_row(
         let stretched = stretch.exceeded(&group.corners);
         if group.small != 0 {
             let inverse = InverseBilinear::new(&group);
+            // Mostly a cell covers one pixel, if any: pixels of different cells are found one after the other and handed
+            // on together.
+            let (mut found, mut right, mut down) = (0, i32x4::ZERO, i32x4::ZERO);
+            let mut hand_on = |lanes: i32, right: i32x4, down: i32x4| {
+                let [u, v] = inverse.at(right, down);
+                let [x, y] = [group.first[0] + right, group.first[1] + down];
+                batch.push(Covered { column: first as u32, lanes, stretched, x, y, u, v });
+            };
             let mut row = group.edges(columns - 1 - first, last_row);
             for j in 0.. {
                 let within = group.small & group.reach(1, j);
@@ -89,11 +99,13 @@ pub(super) fn draw_row(
                     }
                     let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
                     let lanes = within & least.cmp_gt(i32x4::splat(0)).move_mask();
-                    if lanes != 0 {
-                        let [u, v] = inverse.at(i, j);
-                        let [x, y] = [group.first[0] + i32x4::splat(i), group.first[1] + i32x4::splat(j)];
-                        batch.push(Covered { column: first as u32, lanes, stretched, x, y, u, v });
+                    if lanes & found != 0 {
+                        hand_on(found, right, down);
+                        found = 0;
                     }
+                    let here = (i32x4::splat(lanes) & BITS).cmp_eq(BITS);
+                    (right, down) = (here.blend(i32x4::splat(i), right), here.blend(i32x4::splat(j), down));
+                    found |= lanes;
                     for (edge, side) in edges.iter_mut().zip(&group.sides) {
                         *edge -= side[1] << SUBPIXEL_BITS as i32;
                     }
@@ -101,6 +113,9 @@ pub(super) fn draw_row(
                 for (edge, side) in row.iter_mut().zip(&group.sides) {
                     *edge += side[0] << SUBPIXEL_BITS as i32;
                 }
+            }
+            if found != 0 {
+                hand_on(found, right, down);
             }
         }
         let mut others = group.others();
@@ -211,17 +226,17 @@ impl InverseBilinear {
     #[inline(always)]
     fn new(group: &CellGroup) -> Self {
         let float = |q: [i32x4; 2]| q.map(f32x4::from_i32x4);
-        let [ab, bc, _, da] = group.sides;
-        let (e, f, g) = (float(ab), float(da.map(|side| -side)), float([bc[0] + da[0], bc[1] + da[1]]));
+        let ([ab, bc, _, da], zero) = (group.sides, i32x4::splat(0));
+        let (e, f, g) = (float(ab), float([zero - da[0], zero - da[1]]), float([bc[0] + da[0], bc[1] + da[1]]));
         let h = float([0, 1].map(|axis| (group.first[axis] << SUBPIXEL_BITS as i32) - group.corners[0][axis]));
         Self { e, f, g, h, ef: cross(e, f), gf: cross(g, f) }
     }
 
     /// Places of the pixels so far from the first ones in their cells.
     #[inline(always)]
-    fn at(&self, right: i32, down: i32) -> [f32x4; 2] {
+    fn at(&self, right: i32x4, down: i32x4) -> [f32x4; 2] {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));
-        let step = |far: i32| f32x4::splat((far * PIXEL) as f32);
+        let step = |far: i32x4| f32x4::from_i32x4(far << SUBPIXEL_BITS as i32);
         let (e, f, g, h) = (self.e, self.f, self.g, [self.h[0] + step(right), self.h[1] + step(down)]);
         let (k1, k0) = (self.ef + cross(h, g), cross(h, e));
         let root = (k1 * k1 - f32x4::splat(4.0) * self.gf * k0).fast_max(zero).sqrt();

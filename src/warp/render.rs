@@ -1,10 +1,12 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
+use wide::{CmpGt, CmpLt, f32x4, i32x4};
+
 use super::canvas::Canvas;
 use super::difference;
 use super::grid::VertexGrid;
 use super::raster::{BATCH, Covered, LANES, draw_row};
-use super::sample::Tap;
+use super::sample::Taps;
 use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
 use crate::geometry::Model;
@@ -59,20 +61,26 @@ struct Painter<'a> {
     state: &'a mut [u8],
     /// The target's inverse depth of the accepted candidate. Empty without a map.
     depth: Vec<f32>,
+    reverse: Projection,
+    /// 1/β², β in pixels of the target.
+    per_place: f32,
     /// 1/3σ²: σ is the colour distance where the photos are alike, and more where they differ anyway.
-    per_colour: f64,
+    per_colour: f32,
 }
 
 impl<'a> Painter<'a> {
     fn new(scene: &'a Scene<'a>, canvas: &'a Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
-        let distance = scene.options.colour_distance;
+        let WarpOptions { void_distance: place, colour_distance: colour, .. } = *scene.options;
+        let (w, h) = (scene.target.width() as f64, scene.target.height() as f64);
         Ok(Self {
             scene,
             canvas,
             pixels: image.data.as_chunks_mut().0,
             state: &mut footprint.data,
             depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
-            per_colour: 1.0 / (3.0 * distance * distance + 0.19 * difference::mean(scene)),
+            reverse: Projection::new(scene.reverse),
+            per_place: (1.0 / (place * place * (w * w + h * h))) as f32,
+            per_colour: (1.0 / (3.0 * colour * colour + 0.19 * difference::mean(scene))) as f32,
         })
     }
 
@@ -80,27 +88,50 @@ impl<'a> Painter<'a> {
     #[inline(always)]
     fn offer(&mut self, groups: &[Covered], j: usize, step: [f64; 2]) {
         // What the loop looks at lies in locals: nothing that is written could change it.
-        let Scene { target, target_depth, reference, reference_depth, reverse, .. } = *self.scene;
+        let Scene { target, target_depth, reference, reference_depth, .. } = *self.scene;
         let options = self.scene.options;
         let recover = options.mode != WarpMode::Backward;
         let select = options.mode == WarpMode::Optimal;
-        let (w, h) = (target.width() as f64, target.height() as f64);
-        // 1/β², β in pixels of the target.
-        let per_place = 1.0 / (options.void_distance * options.void_distance * (w * w + h * h));
         let per_colour = self.per_colour;
         let (offset_x, offset_y) = self.canvas.offset;
-        let (stride, width, height) = (self.canvas.width, reference.width(), reference.height());
+        let shift = i32x4::splat((offset_y * self.canvas.width + offset_x) as i32);
+        let stride = i32x4::splat(self.canvas.width as i32);
+        let [width, height] = [reference.width(), reference.height()].map(|side| i32x4::splat(side as i32));
+        let step = step.map(|step| f32x4::splat(step as f32));
         let state = &mut *self.state;
         let pixels = &mut self.pixels[..state.len()];
         let depths = &mut self.depth[..];
         let (photo, photo_depth) = (reference.pixels(), reference_depth.map(InverseDepth::data));
         for group in groups {
+            let (x, y) = (group.x, group.y);
+            let at = y * stride + x + shift;
+            let before = i32x4::splat(-1);
+            let inside = x.cmp_gt(before) & x.cmp_lt(width) & y.cmp_gt(before) & y.cmp_lt(height);
+            let index = (y * width + x) & inside;
+            let inside = inside.move_mask();
+            let s = [
+                (f32x4::splat(group.column as f32) + f32x4::new([0.0, 1.0, 2.0, 3.0]) + group.u) * step[0],
+                (f32x4::splat(j as f32) + group.v) * step[1],
+            ];
+            // The squared distance from s of where the reverse model sends the reference pixel, over β² (paper,
+            // equation 9); both this and 1 times the same factor.
+            let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
+            let mut kept = !0;
+            if recover {
+                let depth = |lane: usize| photo_depth.map_or(0.0, |depth| depth[index.as_array_ref()[lane] as usize]);
+                let place = [f32x4::from_i32x4(x), f32x4::from_i32x4(y)];
+                let [u, v, w] = self.reverse.transform(place, f32x4::new([depth(0), depth(1), depth(2), depth(3)]));
+                let (dx, dy) = (u - s[0] * w, v - s[1] * w);
+                (distance, one) = ((dx * dx + dy * dy) * self.per_place, w * w);
+                let near = w.cmp_gt(f32x4::ZERO) & distance.cmp_lt(one);
+                kept = inside & near.move_mask() | !inside & !group.stretched;
+            }
+            let taps = Taps::new(s, (target.width(), target.height()));
             let mut lanes = group.lanes;
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize % LANES;
                 lanes &= lanes - 1;
-                let (x, y) = (group.x.as_array_ref()[lane], group.y.as_array_ref()[lane]);
-                let at = (y + offset_y as i32) as usize * stride + (x + offset_x as i32) as usize;
+                let at = at.as_array_ref()[lane] as usize;
                 let taken = state[at] == TAKEN;
                 if taken && !select {
                     continue;
@@ -108,39 +139,22 @@ impl<'a> Painter<'a> {
                 if !taken {
                     state[at] = COVERED;
                 }
-                // Negative coordinates turn into huge ones and fail the test as well.
-                let (rx, ry) = (x as u32 as usize, y as u32 as usize);
-                let inside = rx < width && ry < height;
-                let index = if inside { ry * width + rx } else { 0 };
-                let place = |cell: usize, share: f32, step: f64| (cell as f64 + f64::from(share)) * step;
-                let s = [
-                    place(group.column as usize + lane, group.u.as_array_ref()[lane], step[0]),
-                    place(j, group.v.as_array_ref()[lane], step[1]),
-                ];
-                // The squared distance from s of where the reverse model sends the reference pixel, over β² (paper,
-                // equation 9).
-                let mut distance = 0.0;
-                if recover && inside {
-                    let d = photo_depth.map_or(0.0, |depth| f64::from(depth[index]));
-                    let [u, v, w] = reverse.transform(f64::from(x), f64::from(y), d);
-                    let (dx, dy) = (u - s[0] * w, v - s[1] * w);
-                    distance = if w > 0.0 { (dx * dx + dy * dy) * per_place / (w * w) } else { f64::INFINITY };
-                }
-                let kept = if inside { distance < 1.0 } else { !(recover && group.stretched >> lane & 1 != 0) };
-                if !kept {
+                if kept >> lane & 1 == 0 {
                     continue;
                 }
-                let tap = Tap::new(s, (target.width(), target.height()));
-                let colour = tap.colour(&target);
-                let error = |colour| photometric_error(photo[index], colour);
-                if distance > 0.0 && per_colour > 0.0 {
+                let inside = inside >> lane & 1 != 0;
+                let colour = taps.colour(lane, &target);
+                let error = |colour| photometric_error(photo[index.as_array_ref()[lane] as usize], colour);
+                if inside && per_colour > 0.0 {
                     // What is not quite where it should be and does not look like it either is a ghost.
-                    let apart = f64::from(error(colour)) * per_colour;
-                    if distance * (1.0 + apart * (1.0 + apart / 16.0)) >= 1.0 {
+                    let apart = error(colour) as f32 * per_colour;
+                    let distance = distance.as_array_ref()[lane] * (1.0 + apart * (1.0 + apart / 16.0));
+                    if distance >= one.as_array_ref()[lane] {
                         continue;
                     }
                 }
-                let nearness = target_depth.filter(|_| options.depth || !inside).map(|depth| tap.nearest(depth.data()));
+                let depth = target_depth.filter(|_| options.depth || !inside);
+                let nearness = depth.map(|depth| taps.nearest(lane, depth.data()));
                 if taken {
                     // The one already there is compared by its own pixel, so that no errors need to be kept.
                     let worse = if inside {
@@ -168,9 +182,27 @@ impl<'a> Painter<'a> {
     }
 }
 
+/// A model in single precision, for four points at once.
+struct Projection([[f32; 4]; 3]);
+
+impl Projection {
+    fn new(model: &Model) -> Self {
+        let row = |i: usize| [model.h[(i, 0)], model.h[(i, 1)], model.h[(i, 2)], model.e[i]].map(|v| v as f32);
+        Self([row(0), row(1), row(2)])
+    }
+
+    /// As [`Model::transform`].
+    #[inline(always)]
+    fn transform(&self, [x, y]: [f32x4; 2], d: f32x4) -> [f32x4; 3] {
+        let row = |[a, b, c, e]: [f32; 4]| x * a + y * b + d * e + f32x4::splat(c);
+        [row(self.0[0]), row(self.0[1]), row(self.0[2])]
+    }
+}
+
 /// ‖I_r(s') − I_t(s)‖² over RGB.
 #[inline(always)]
 pub(super) fn photometric_error(reference: [u8; 4], colour: [u8; 4]) -> i32 {
-    let [r, g, b] = [0, 1, 2].map(|k| i32::from(colour[k]) - i32::from(reference[k]));
+    let apart = |k: usize| i32::from(colour[k]) - i32::from(reference[k]);
+    let (r, g, b) = (apart(0), apart(1), apart(2));
     r * r + g * g + b * b
 }
