@@ -19,7 +19,7 @@ const MEASURES = ["psnr_bbox", "ssim_bbox", "cover", "error_inside", "error_outs
 type Measure = (typeof MEASURES)[number];
 type Checked = Pick<Row, Measure>;
 
-/** The reference figures: what the published method reaches. */
+/** The reference figures: what the published method has to reach, and what our own way did. */
 export async function readFloors(): Promise<Floors> {
   // From dist/eval as from js/eval.
   const text = await readFile(new URL("../../js/eval/floors.json", import.meta.url), "utf8");
