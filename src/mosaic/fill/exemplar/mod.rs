@@ -126,8 +126,9 @@ fn peel(
         level.seen[void.cell] = 0;
     }
     let at_background = |cell: usize| {
-        let rows = [cell - level.width, cell, cell + level.width];
-        level.index[cell] != 0 && rows.iter().any(|&row| level.seen[row - 1..=row + 1] != [0; 3])
+        // No void lies at the border of the level.
+        level.index[cell] != 0
+            && [cell - level.width, cell, cell + level.width].iter().any(|&row| level.seen[row - 1..=row + 1] != [0; 3])
     };
     let depth = distance(level.depth.len(), level.width, &at_background)?;
     let ring_of = |void: &Void| u32::from(depth[void.cell]) / STRAIGHT;
