@@ -49,6 +49,9 @@ pub(super) fn render(
     Ok(painter.finish())
 }
 
+/// What the photos' mean photometric error adds to 3σ², as a share of it.
+const USUAL: f64 = 0.19;
+
 const COVERED: u8 = 1;
 const TAKEN: u8 = 255;
 
@@ -80,7 +83,11 @@ impl<'a> Painter<'a> {
             depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
             reverse: Projection::new(scene.reverse),
             per_place: (1.0 / (place * place * (w * w + h * h))) as f32,
-            per_colour: (1.0 / (3.0 * colour * colour + 0.19 * difference::mean(scene))) as f32,
+            per_colour: if colour.is_finite() {
+                (1.0 / (3.0 * colour * colour + USUAL * difference::mean(scene))) as f32
+            } else {
+                0.0
+            },
         })
     }
 

@@ -24,12 +24,14 @@ impl Taps {
         // The last column and row are reached from the pixel before, so that the neighbours exist.
         let last = |side: usize| i32x4::splat(side.saturating_sub(2) as i32);
         let whole = |v: i32x4, last: i32x4| (v >> 8_i32).min(last).max(i32x4::splat(0));
+        // In large pictures rounding may lead out by the last digit.
+        let share = |v: i32x4, whole: i32x4| (v - (whole << 8_i32)).min(i32x4::splat(256));
         let (x, y) = (fixed(x), fixed(y));
         let (ix, iy) = (whole(x, last(width)), whole(y, last(height)));
         Self {
             index: iy * i32x4::splat(width as i32) + ix,
-            fx: x - (ix << 8),
-            fy: y - (iy << 8),
+            fx: share(x, ix),
+            fy: share(y, iy),
             right: usize::from(width > 1),
             down: if height > 1 { width } else { 0 },
         }

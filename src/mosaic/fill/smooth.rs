@@ -51,7 +51,7 @@ pub(super) fn fill(
         let front = order.len();
         for i in if steps == 4 { last } else { before }..front {
             for &(x, y) in &NEIGHBOURS[..steps] {
-                let next = order[i].0.wrapping_add_signed(transport.step(x, y));
+                let next = order[i].0.wrapping_add_signed(transport.cells.step(x, y));
                 if transport.numbers[next] == VOID {
                     transport.numbers[next] = UNKNOWN;
                     order.push((next, UNKNOWN));
@@ -70,10 +70,10 @@ pub(super) fn fill(
         }
         (before, last, steps) = (last, front, 12 - steps);
     }
-    let Transport { known, window, padding, stride, .. } = transport;
+    let Transport { known, cells, .. } = transport;
     for &(cell, number) in &order[border..] {
-        let (x, y) = ((cell - padding) % stride, (cell - padding) / stride - padding);
-        let pixel = &mut image.data.as_chunks_mut::<4>().0[(window.y + y) * image.width + window.x + x];
+        let (x, y) = cells.pixel(cell);
+        let pixel = &mut image.data.as_chunks_mut::<4>().0[y * image.width + x];
         let colour = known[number as usize - 1].colour.to_array();
         pixel.iter_mut().zip(colour).for_each(|(own, v)| *own = (v + 0.5) as u8);
         pixel[3] = 255;
@@ -110,6 +110,31 @@ struct Known {
     tensor: f32x4,
 }
 
+/// Where pixels are kept: those of the part of the picture that any disc reaches, with as much padding above, below and
+/// between the rows as the disc's radius, so that no disc leaves them.
+#[derive(Clone, Copy)]
+struct Cells {
+    window: Rect,
+    padding: usize,
+    /// Cells in a row.
+    stride: usize,
+}
+
+impl Cells {
+    fn step(self, x: isize, y: isize) -> isize {
+        y * self.stride.cast_signed() + x
+    }
+
+    fn cell(self, x: usize, y: usize) -> usize {
+        (y - self.window.y + self.padding) * self.stride + x - self.window.x + self.padding
+    }
+
+    fn pixel(self, cell: usize) -> (usize, usize) {
+        let (x, y) = ((cell - self.padding) % self.stride, (cell - self.padding) / self.stride - self.padding);
+        (self.window.x + x, self.window.y + y)
+    }
+}
+
 /// The filling's state: what is known so far.
 struct Transport<'a> {
     image: &'a Image,
@@ -117,14 +142,9 @@ struct Transport<'a> {
     disc: Disc,
     /// 1 / 16ε², where ε is the disc's radius.
     spread: f32,
-    /// The part of the picture that any disc reaches.
-    window: Rect,
-    /// Of every cell what it is, or which of `known`, counted from 1. The cells are the window's pixels with as much padding above, below
-    /// and between the rows as the disc's radius, so that no disc leaves them.
+    cells: Cells,
+    /// Of every cell what it is, or which of `known`, counted from 1.
     numbers: Vec<u32>,
-    padding: usize,
-    /// Cells in a row.
-    stride: usize,
     known: Vec<Known>,
     /// The taps of a disc on known pixels, or those opposite in the first half, and the numbers of these.
     near: Vec<[u32; 2]>,
@@ -135,33 +155,16 @@ struct Transport<'a> {
 impl<'a> Transport<'a> {
     fn new(image: &'a Image, unknown: &'a Mask, bounds: Rect, radius: usize) -> Result<Self> {
         let window = bounds.grown(radius, (image.width, image.height));
-        let (padding, stride) = (radius, window.width + radius);
-        let disc = Disc::new(radius, stride)?;
-        let cells = (window.height + 2 * padding + 1) * stride;
-        let mut numbers = zeroed(cells)?;
-        for y in 0..window.height {
-            let first = (y + padding) * stride + padding;
+        let cells = Cells { window, padding: radius, stride: window.width + radius };
+        let disc = Disc::new(radius, cells.stride)?;
+        let mut numbers = zeroed((window.height + 2 * radius + 1) * cells.stride)?;
+        for y in window.y..window.y + window.height {
+            let first = cells.cell(window.x, y);
             numbers[first..first + window.width].fill(UNSEEN);
         }
         let spread = 1.0 / (16 * radius * radius) as f32;
         let (near, weights) = (zeroed(disc.steps.len())?, zeroed(disc.shapes.len())?);
-        Ok(Self { image, unknown, disc, spread, window, numbers, padding, stride, known: Vec::new(), near, weights })
-    }
-
-    fn step(&self, x: isize, y: isize) -> isize {
-        y * self.stride.cast_signed() + x
-    }
-
-    /// The cell of a pixel that is counted row by row.
-    fn cell(&self, pixel: usize) -> usize {
-        let (x, y) = (pixel % self.image.width - self.window.x, pixel / self.image.width - self.window.y);
-        (y + self.padding) * self.stride + x + self.padding
-    }
-
-    /// The pixel of a cell.
-    fn position(&self, cell: usize) -> (usize, usize) {
-        let (x, y) = ((cell - self.padding) % self.stride, (cell - self.padding) / self.stride - self.padding);
-        (self.window.x + x, self.window.y + y)
+        Ok(Self { image, unknown, disc, spread, cells, numbers, known: Vec::new(), near, weights })
     }
 
     /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
@@ -177,15 +180,16 @@ impl<'a> Transport<'a> {
 
     /// Marks the voids; the valid cells next to them, and their numbers.
     fn border(&mut self, voids: &[usize]) -> Result<Vec<(usize, u32)>> {
+        let (cells, width) = (self.cells, self.image.width);
+        let cell = |void: usize| cells.cell(void % width, void / width);
         for &void in voids {
-            let cell = self.cell(void);
-            self.numbers[cell] = VOID;
+            self.numbers[cell(void)] = VOID;
         }
         let mut border = Vec::new();
         for &void in voids {
             reserve_more(&mut border, NEIGHBOURS.len())?;
             for &(x, y) in &NEIGHBOURS {
-                let next = self.cell(void).wrapping_add_signed(self.step(x, y));
+                let next = cell(void).wrapping_add_signed(cells.step(x, y));
                 if self.numbers[next] == UNSEEN && self.look(next)? != UNKNOWN {
                     border.push((next, self.numbers[next]));
                 }
@@ -197,7 +201,7 @@ impl<'a> Transport<'a> {
     /// The number of a cell not looked at before; [`UNKNOWN`] when nothing is known of it.
     #[inline(never)]
     fn look(&mut self, cell: usize) -> Result<u32> {
-        let (x, y) = self.position(cell);
+        let (x, y) = self.cells.pixel(cell);
         self.numbers[cell] = match self.valid(x, y) {
             Some(colour) => self.push(Known { colour, tensor: self.tensor(x, y, colour) })?,
             None => UNKNOWN,
@@ -210,6 +214,7 @@ impl<'a> Transport<'a> {
         self.known.push(pixel);
         Ok(self.known.len() as u32)
     }
+
     /// Structure tensor of the plane that fits the valid pixels of the 3×3 neighbourhood best, summed over the channels.
     fn tensor(&self, x: usize, y: usize, centre: f32x4) -> f32x4 {
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
