@@ -28,5 +28,10 @@ pub mod warp;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
+/// Smaller than the standard library's, and as sparing with memory.
+#[cfg(target_arch = "wasm32")]
+#[global_allocator]
+static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_allocator();
+
 pub use error::{Error, Result, Stage};
 pub use image::{Image, ImageView, InverseDepth, Mask};
