@@ -14,11 +14,13 @@ mod nearest;
 mod orientation;
 mod scale_space;
 mod selection;
+mod tracking;
 
 pub use descriptor::LENGTH;
 pub use detect::detect;
 pub use guided::{Guide, match_guided};
 pub use matching::{match_features, matches_of};
+pub use tracking::track;
 
 /// A place of the photo that is found again from another viewpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]

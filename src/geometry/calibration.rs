@@ -92,7 +92,7 @@ fn started([forward, reverse]: &[Direction; 2], priors: Priors, focals: &[f64]) 
     let noise = [forward.noise(&forward.free)?, reverse.noise(&reverse.free)?];
     let problem = |scale: f64| Reprojection {
         points: [&few[0], &few[1]],
-        noise: noise.map(|n| Noise { point: scale * n.point, depth: scale * n.depth }),
+        noise: noise.map(|n| Noise { point: scale * n.point, depth: scale * n.depth, ..n }),
         priors,
     };
     let mut best: Option<(Cameras, f64)> = None;
@@ -112,10 +112,11 @@ fn started([forward, reverse]: &[Direction; 2], priors: Priors, focals: &[f64]) 
 /// of the inverse depth by the cameras, as free models hide part of it in H∞.
 fn compared(both: &[Direction; 2], cameras: &[Projection; 2]) -> Option<Comparison> {
     const FREE: f64 = 22.0;
-    let mut costs = [0.0; 2];
+    let (mut costs, mut exact) = ([0.0; 2], true);
     for (direction, projection) in both.iter().zip(cameras) {
         let (free, calibrated) = (direction.noise(&direction.free)?, direction.noise(projection)?);
-        let noise = Noise { point: free.point.min(calibrated.point), depth: calibrated.depth };
+        exact &= calibrated.exact;
+        let noise = Noise { point: free.point.min(calibrated.point), ..calibrated };
         costs[0] += direction.cost(&direction.free, &noise);
         costs[1] += direction.cost(projection, &noise);
     }
@@ -124,6 +125,7 @@ fn compared(both: &[Direction; 2], cameras: &[Projection; 2]) -> Option<Comparis
     Some(Comparison {
         free: Score { cost: costs[0], penalty: FREE * price },
         calibrated: Score { cost: costs[1], penalty: Cameras::FREE as f64 * price },
+        exact,
     })
 }
 

@@ -316,6 +316,7 @@ pub(super) fn concluded(
         inliers,
         kind,
         usable,
+        followed: 0,
         threshold: 0.0,
         trials: 0,
         residual: [residual(0), residual(1)],

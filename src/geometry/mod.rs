@@ -145,6 +145,8 @@ pub struct Comparison {
     pub free: Score,
     /// Two cameras.
     pub calibrated: Score,
+    /// Whether the depth, by the cameras, errs hardly more than the matches.
+    pub exact: bool,
 }
 
 /// Both models and how they were found.
@@ -160,11 +162,13 @@ pub struct Estimate {
     pub kind: ModelKind,
     /// Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped.
     pub usable: usize,
+    /// Points followed over the overlap that were fitted besides the matches: of [`align`](crate::pipeline::align) only.
+    pub followed: usize,
     /// The threshold that chose the inliers, in pixels of the reference.
     pub threshold: f64,
     /// Samples drawn, all passes together.
     pub trials: u32,
-    /// Median transfer error of the inliers in pixels, forward and reverse.
+    /// Median transfer error of the inliers in pixels, forward and reverse; of the points followed as well.
     pub residual: [f64; 2],
     /// Focal length in pixels of the target: of calibrated models only. The reference's is the same share of its diagonal.
     pub focal: Option<f64>,

@@ -20,6 +20,9 @@ pub(super) const CAP: f64 = 9.0;
 /// The median of a χ² variable with one degree of freedom.
 const CHI_MEDIAN: f64 = 0.455;
 
+/// How many times the variance that the points alone would give the inverse depth, its own may be to pass for exact.
+const EXACT: f64 = 4.0;
+
 /// Variances of one direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Noise {
@@ -27,6 +30,8 @@ pub(super) struct Noise {
     pub point: f64,
     /// Of the inverse depth.
     pub depth: f64,
+    /// Whether the inverse depth errs hardly more than the points do.
+    pub exact: bool,
 }
 
 impl Noise {
@@ -48,7 +53,7 @@ impl Noise {
         // What the points' own errors make of the depth's.
         let share = point * median(units)?;
         let depth = (median(along)? / CHI_MEDIAN - share).max(0.01 * share);
-        (point + depth).is_finite().then_some(Self { point, depth })
+        (point + depth).is_finite().then_some(Self { point, depth, exact: depth < EXACT * share })
     }
 
     /// The error of match `i`.
@@ -257,7 +262,7 @@ mod tests {
         let priors = Priors { log_focal: [-0.35, 0.35], shift: [[-1.0, 1.0], [-1.0, 0.5]] };
         // The depth to be trusted fully, and hardly.
         for depth in [1e-12, 1e-2] {
-            let noise = [Noise { point: 1e-6, depth }; 2];
+            let noise = [Noise { point: 1e-6, depth, exact: true }; 2];
             let problem = Reprojection { points: [&points[0], &points[1]], noise, priors };
             let Normal { gradient, matrix, cost: least } = problem.normal(&cameras);
             for i in 0..Cameras::FREE {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Options, WithoutDepth};
+use crate::features::track;
 use crate::geometry::statistics::nth;
 use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, continue_outside, derive_missing, estimate, two_view};
 use crate::observer::Observer;
@@ -52,8 +53,28 @@ pub(super) fn fit<'a>(
         *missing = Some(Cow::Owned(derived));
     }
     let frame = |view: View<'a>, side: usize| Frame { depth: depth[side].as_deref(), ..view.frame() };
-    let geometry = estimate(matches, frame(target, 0), frame(reference, 1), &options.estimate, observer)?;
-    Ok(Alignment { matches: None, geometry, depth, trusted: None, spread: None })
+    let (mut known, mut remarks) = (matches.to_vec(), (0, Vec::new()));
+    loop {
+        let mut geometry = estimate(&known, frame(target, 0), frame(reference, 1), &options.estimate, observer)?;
+        geometry.followed = known.len() - matches.len();
+        if geometry.followed == 0 {
+            remarks = (geometry.usable, geometry.warnings);
+            // Exact depth makes the photos match all over the overlap: that ties the cameras far better than features do.
+            if geometry.kind == ModelKind::Calibrated
+                && geometry.comparison.is_some_and(|comparison| comparison.exact)
+                && let Some(map) = &depth[1]
+            {
+                track(target.image, reference.image, map, &geometry.reverse, &mut known, observer)?;
+                if known.len() > matches.len() {
+                    continue;
+                }
+            }
+        }
+        // What there is to say of the matches does not change by what is followed.
+        (geometry.usable, geometry.warnings) = remarks;
+        geometry.inliers.truncate(matches.len());
+        return Ok(Alignment { matches: None, geometry, depth, trusted: None, spread: None });
+    }
 }
 
 impl Alignment<'_> {

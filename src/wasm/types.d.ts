@@ -229,11 +229,16 @@ export interface FitReport {
   /** Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped. */
   usable: number;
   inliers: number;
+  /**
+   * Points followed over the overlap that were fitted besides the matches: where the depth errs hardly more than they do.
+   * Not by `estimate`, which sees no pixels.
+   */
+  followed: number;
   /** The threshold that chose the inliers, in pixels of the reference. */
   threshold: number;
   /** Samples drawn. */
   trials: number;
-  /** Median transfer error of the inliers in pixels: forward, reverse. */
+  /** Median transfer error of the inliers, and of the points followed, in pixels: forward, reverse. */
   residual: [number, number];
   warnings: Remark[];
 }

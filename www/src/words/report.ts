@@ -92,10 +92,14 @@ export function reportParagraphs({ result, job, settings, elapsed }: Outcome): s
     unusable > 0
       ? `${unusable} of the ${report.matches} matches ${source} were not usable: doubled, outside the photos, or without depth. `
       : "";
+  const followed =
+    report.followed > 0
+      ? `As the depth is exact, ${count(report.followed, "more point was", "more points were")} followed over the overlap and fitted, too. `
+      : "";
   const [forward, reverse] = report.residual;
   const fit =
     `${dropped}${report.inliers} of ${count(report.usable, "usable match agrees", "usable matches agree")} with it within ${pixels(report.threshold)}, ` +
-    `found in ${count(report.trials, "trial", "trials")}. Their median error is ${pixels(forward)} from target to reference and ${pixels(reverse)} back.`;
+    `found in ${count(report.trials, "trial", "trials")}. ${followed}Their median error is ${pixels(forward)} from target to reference and ${pixels(reverse)} back.`;
   const voids = countSet(voidMask.data);
   const voidShare = percent(voids / (voidMask.width * voidMask.height));
   const filled = fillSentence(settings);
