@@ -1,5 +1,7 @@
 //! The canvas that holds both photos, and how large it may get.
 
+use wide::{CmpGe, CmpLe, f64x2};
+
 use super::grid::VertexGrid;
 use crate::{Error, ImageView, Result};
 
@@ -19,9 +21,11 @@ impl Limits {
         Self { min: [-canvas_limit * w, -canvas_limit * h], max: [(1.0 + canvas_limit) * w, (1.0 + canvas_limit) * h] }
     }
 
-    #[inline]
-    pub fn contains(&self, x: f64, y: f64) -> bool {
-        x >= self.min[0] && x <= self.max[0] && y >= self.min[1] && y <= self.max[1]
+    /// Which of two places lie within, all bits or none.
+    #[inline(always)]
+    pub fn contain(&self, place: [f64x2; 2]) -> f64x2 {
+        let within = |k: usize| place[k].cmp_ge(f64x2::splat(self.min[k])) & place[k].cmp_le(f64x2::splat(self.max[k]));
+        within(0) & within(1)
     }
 }
 

@@ -1,6 +1,7 @@
 //! How much the photos' colours differ.
 
-use super::render::{Scene, photometric_error};
+use super::render::Scene;
+use super::sample::photometric_error;
 
 /// One pixel in so many is looked at: a prime, so that they lie in all columns.
 const STRIDE: usize = 61;
@@ -18,7 +19,10 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
             && u < width
             && let Some(other) = scene.target.pixels().get((v.floor() * width + u) as i64 as usize)
         {
-            (sum, pixels) = (sum + f64::from(photometric_error(*colour, *other)), pixels + 1.0);
+            (sum, pixels) = (
+                sum + f64::from(photometric_error(u32::from_le_bytes(*colour), u32::from_le_bytes(*other))),
+                pixels + 1.0,
+            );
         }
         index += STRIDE;
     }

@@ -1,6 +1,6 @@
 //! Forward map of the target's grid vertices into the reference's view (paper, section 3.2.1).
 
-use wide::i32x4;
+use wide::{CmpGt, f64x2, i32x4};
 
 use super::canvas::Limits;
 use super::raster::LANES;
@@ -46,33 +46,47 @@ impl VertexGrid {
         limits: &Limits,
     ) -> Result<Self> {
         let ((columns, dx), (rows, dy)) = (axis(columns, size.0), axis(rows, size.1));
-        let stride = columns.next_multiple_of(LANES) + 1;
-        let mut px = filled(stride * (rows + 1), INVALID)?;
-        let mut py = filled(stride * (rows + 1), INVALID)?;
-        let (mut clipped, mut least, mut most) = (false, [i32::MAX; 2], [INVALID; 2]);
-        let mut depths: Vec<f32> = zeroed(columns + 1)?;
+        let stride = columns.next_multiple_of(LANES) + LANES;
+        let mut px: Vec<i32> = zeroed(stride * (rows + 1))?;
+        let mut py: Vec<i32> = zeroed(stride * (rows + 1))?;
+        let (none, zero) = (i32x4::splat(INVALID), f64x2::splat(0.0));
+        let (mut clipped, mut least, mut most) = (zero, [i32x4::splat(i32::MAX); 2], [none; 2]);
+        // Beyond the last vertex are holes.
+        let mut depths = filled(stride, f32::NAN)?;
+        depths[..=columns].fill(0.0);
         for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
             let y = j as f64 * dy;
-            sample_row(depth, dx, y, &mut depths);
-            let coefficients = |k: usize| (model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]);
-            let [u, v, w] = [0, 1, 2].map(coefficients);
-            let at = |(h, c, e): (f64, f64, f64), x: f64, d: f64| h * x + c + e * d;
-            for (i, ((&d, px), py)) in depths.iter().zip(row_x).zip(row_y).enumerate() {
-                let (x, d) = (i as f64 * dx, f64::from(d));
-                let scale = 1.0 / at(w, x, d);
-                let (mapped_x, mapped_y) = (at(u, x, d) * scale, at(v, x, d) * scale);
+            sample_row(depth, dx, y, &mut depths[..=columns]);
+            let coefficients =
+                |k: usize| [model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]].map(f64x2::splat);
+            let [u, v, w] = [coefficients(0), coefficients(1), coefficients(2)];
+            let at = |[h, c, e]: [f64x2; 3], x: f64x2, d: f64x2| h * x + c + e * d;
+            // Vertices i and i + 1.
+            let mut map = |i: usize, d: [f32; 2]| {
+                let x = f64x2::new([i as f64, (i + 1) as f64]) * f64x2::splat(dx);
+                let d = f64x2::new([f64::from(d[0]), f64::from(d[1])]);
+                let scale = f64x2::splat(1.0) / at(w, x, d);
+                let (x, y) = (at(u, x, d) * scale, at(v, x, d) * scale);
                 // Not behind the camera, and not a hole, where all of these are NaN.
-                let in_front = scale > 0.0;
-                let visible = in_front && limits.contains(mapped_x, mapped_y);
-                clipped |= in_front && !visible;
-                if visible {
-                    let (x, y) = (fixed(mapped_x), fixed(mapped_y));
-                    (*px, *py) = (x, y);
-                    least = [least[0].min(x), least[1].min(y)];
-                    most = [most[0].max(x), most[1].max(y)];
+                let in_front = scale.cmp_gt(zero);
+                let visible = in_front & limits.contain([x, y]);
+                clipped |= in_front ^ visible;
+                [fixed(x), fixed(y), bytemuck::cast(visible)]
+            };
+            let vertices = row_x.as_chunks_mut::<LANES>().0.iter_mut().zip(row_y.as_chunks_mut::<LANES>().0);
+            for (i, (&[a, b, c, d], (px, py))) in depths.as_chunks::<LANES>().0.iter().zip(vertices).enumerate() {
+                let (two, others) = (map(LANES * i, [a, b]), map(LANES * i + 2, [c, d]));
+                let [x, y, visible] = [0, 1, 2].map(|k| even_lanes(two[k], others[k]));
+                for (k, (v, out)) in [x, y].into_iter().zip([px, py]).enumerate() {
+                    least[k] = least[k].min(visible.blend(v, least[k]));
+                    let v = visible.blend(v, none);
+                    most[k] = most[k].max(v);
+                    *out = v.to_array();
                 }
             }
         }
+        let (least, most) = (least.map(i32x4::reduce_min), most.map(i32x4::reduce_max));
+        let clipped = clipped.move_mask() != 0;
         if most[0] == INVALID {
             return Err(Error::NoOverlap { pixels: 0 }.into());
         }
@@ -104,14 +118,16 @@ impl Row<'_> {
         [self.x[column], self.y[column]]
     }
 
-    /// x and y of four vertices from `column` on.
+    /// x and y of four vertices from `column` on, and of the ones to the right of them.
     #[inline(always)]
-    pub fn lanes(&self, column: usize) -> [i32x4; 2] {
-        let four = |row: &[i32]| match row[column..].first_chunk::<LANES>() {
-            Some(&lanes) => i32x4::new(lanes),
-            None => i32x4::splat(INVALID),
+    pub fn lanes(&self, column: usize) -> [[i32x4; 2]; 2] {
+        let four = |row: &[i32]| match (row.first_chunk(), row.last_chunk()) {
+            (Some(&left), Some(&right)) => [left, right].map(i32x4::new),
+            _ => [i32x4::splat(INVALID); 2],
         };
-        [four(self.x), four(self.y)]
+        let of = |row: &[i32]| four(&row[column..column + LANES + 1]);
+        let ([x, right_x], [y, right_y]) = (of(self.x), of(self.y));
+        [[x, y], [right_x, right_y]]
     }
 }
 
@@ -133,7 +149,21 @@ fn sample_row(depth: Option<&InverseDepth>, dx: f64, y: f64, out: &mut [f32]) {
     }
 }
 
+/// Rounded to fixed point, ½ up, in the even lanes; the others mean nothing.
 #[inline(always)]
-fn fixed(v: f64) -> i32 {
-    (v * SUBPIXEL + 0.5).floor() as i32
+fn fixed(v: f64x2) -> i32x4 {
+    // The last digit of numbers about this large counts ones.
+    const ONES: f64x2 = f64x2::new([1.5 * (1u64 << 52) as f64; 2]);
+    let v = (v * f64x2::splat(SUBPIXEL) + f64x2::splat(0.5))
+        .fast_max(f64x2::splat(f64::from(i32::MIN)))
+        .fast_min(f64x2::splat(f64::from(i32::MAX)));
+    let nearest = v + ONES;
+    let above = (nearest - ONES).cmp_gt(v);
+    bytemuck::cast::<_, i32x4>(nearest) + bytemuck::cast::<_, i32x4>(above)
+}
+
+#[inline(always)]
+fn even_lanes(p: i32x4, q: i32x4) -> i32x4 {
+    let (p, q) = (p.to_array(), q.to_array());
+    i32x4::new([p[0], p[2], q[0], q[2]])
 }

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use wide::f32x4;
+
 use super::Holes;
 use crate::image::zeroed;
 use crate::{InverseDepth, Result};
@@ -11,8 +13,17 @@ const UNKNOWN: u32 = u32::MAX;
 /// The depth map to warp with: as it is, or with its holes filled from the nearest known pixel.
 pub(super) fn resolve(depth: Option<&InverseDepth>, holes: Holes) -> Result<Option<Cow<'_, InverseDepth>>> {
     let Some(depth) = depth else { return Ok(None) };
-    let wanted = holes == Holes::Nearest && depth.data().iter().any(|v| v.is_nan());
-    Ok(Some(if wanted { Cow::Owned(fill_nearest(depth)?) } else { Cow::Borrowed(depth) }))
+    Ok(Some(if holes == Holes::Nearest && has_holes(depth.data()) {
+        Cow::Owned(fill_nearest(depth)?)
+    } else {
+        Cow::Borrowed(depth)
+    }))
+}
+
+fn has_holes(values: &[f32]) -> bool {
+    let (lanes, rest) = values.as_chunks();
+    let holes = lanes.iter().fold(f32x4::splat(0.0), |holes, &v| holes | f32x4::new(v).is_nan());
+    holes.any() || rest.iter().any(|v| v.is_nan())
 }
 
 /// Fills every hole with the value of the nearest known pixel, found by propagating nearest sources in two sweeps

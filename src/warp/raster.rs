@@ -12,23 +12,23 @@ use super::sides::StretchLimit;
 
 /// Cells looked at together.
 pub(super) const LANES: usize = 4;
-const ALL: i32 = 0b1111;
-/// The bit of every lane.
-const BITS: i32x4 = i32x4::new([1, 2, 4, 8]);
+/// 0 in every lane: as a mask, none.
+pub(super) const NONE: i32x4 = i32x4::new([0; LANES]);
 
 /// Groups of pixels in a batch, at most: what the processor's nearest cache holds.
-pub(super) const BATCH: usize = 256;
-/// Pixels from the first to the last one of a small cell, at most: far fewer than make an edge function overflow.
-const SMALL: i32 = 16;
+pub(super) const BATCH: usize = 64;
+/// A small cell has fewer pixels than this across and down: far fewer than make an edge function overflow.
+const SMALL: i32 = 17;
 
 /// Pixels, in reference coordinates, covered by four cells next to each other, one each.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Covered {
     /// Column of the first cell.
     pub column: u32,
-    /// Which of the cells cover a pixel, and which are longer than the limit, one to a bit.
+    /// Which of the cells cover a pixel, one to a bit.
     pub lanes: i32,
-    pub stretched: i32,
+    /// Not 0 where the cell is longer than the limit.
+    pub stretched: i32x4,
     pub x: i32x4,
     pub y: i32x4,
     /// The pixels' places in their cells, (0, 0) at the first and (1, 1) at the third corner.
@@ -75,45 +75,41 @@ pub(super) fn draw_row(
     for first in (0..columns).step_by(LANES) {
         let group = CellGroup::new(above, below, first);
         let stretched = stretch.exceeded(&group.corners);
-        if group.small != 0 {
+        if group.small.move_mask() != 0 {
             let inverse = InverseBilinear::new(&group);
             // Mostly a cell covers one pixel, if any: pixels of different cells are found one after the other and handed
             // on together.
-            let (mut found, mut right, mut down) = (0, i32x4::ZERO, i32x4::ZERO);
+            let (mut found, mut right, mut down) = (NONE, NONE, NONE);
             let mut hand_on = |lanes: i32, right: i32x4, down: i32x4| {
                 let [u, v] = inverse.at(right, down);
                 let [x, y] = [group.first[0] + right, group.first[1] + down];
                 batch.push(Covered { column: first as u32, lanes, stretched, x, y, u, v });
             };
             let mut row = group.edges(columns - 1 - first, last_row);
-            for j in 0.. {
-                let within = group.small & group.reach(1, j);
-                if within == 0 {
-                    break;
-                }
-                let mut edges = row;
-                for i in 0.. {
-                    let within = within & group.reach(0, i);
-                    if within == 0 {
-                        break;
-                    }
+            let mut j = NONE;
+            while group.reaches(1, j) {
+                let (mut edges, mut i) = (row, NONE);
+                while group.reaches(0, i) {
+                    // Outside the bounding box one of them is negative.
                     let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
-                    let lanes = within & least.cmp_gt(i32x4::splat(0)).move_mask();
-                    if lanes & found != 0 {
-                        hand_on(found, right, down);
-                        found = 0;
+                    let covered = least.cmp_gt(NONE) & group.small;
+                    if (covered & found).move_mask() != 0 {
+                        hand_on(found.move_mask(), right, down);
+                        found = NONE;
                     }
-                    let here = (i32x4::splat(lanes) & BITS).cmp_eq(BITS);
-                    (right, down) = (here.blend(i32x4::splat(i), right), here.blend(i32x4::splat(j), down));
-                    found |= lanes;
+                    (right, down) = (covered.blend(i, right), covered.blend(j, down));
+                    found |= covered;
                     for (edge, side) in edges.iter_mut().zip(&group.sides) {
                         *edge -= side[1] << SUBPIXEL_BITS as i32;
                     }
+                    i += i32x4::splat(1);
                 }
                 for (edge, side) in row.iter_mut().zip(&group.sides) {
                     *edge += side[0] << SUBPIXEL_BITS as i32;
                 }
+                j += i32x4::splat(1);
             }
+            let found = found.move_mask();
             if found != 0 {
                 hand_on(found, right, down);
             }
@@ -144,42 +140,44 @@ struct CellGroup {
     corners: [[i32x4; 2]; 4],
     /// Sides from each corner to the next.
     sides: [[i32x4; 2]; 4],
-    /// First pixel in the bounding box, and how far from it the last one is.
+    /// First pixel in the bounding box.
     first: [i32x4; 2],
+    /// Width and height of the bounding box in pixels, 0 for cells that are not small.
     extent: [i32x4; 2],
-    /// Lanes whose cell is convex and small.
-    small: i32,
-    /// Lanes whose cell is valid and has a pixel in its bounding box.
-    visible: i32,
+    /// Cells that are convex and small.
+    small: i32x4,
+    /// Cells that are valid and have a pixel in their bounding box.
+    visible: i32x4,
 }
 
 impl CellGroup {
     #[inline(always)]
     fn new(above: Row<'_>, below: Row<'_>, first: usize) -> Self {
-        let corners = [above.lanes(first), above.lanes(first + 1), below.lanes(first + 1), below.lanes(first)];
-        let [a, b, c, d] = corners;
+        let ([a, b], [d, c]) = (above.lanes(first), below.lanes(first));
+        let corners = [a, b, c, d];
         let minus = |p: [i32x4; 2], q: [i32x4; 2]| [p[0] - q[0], p[1] - q[1]];
         let sides = [minus(b, a), minus(c, b), minus(d, c), minus(a, d)];
         let min = [0, 1].map(|k| a[k].min(b[k]).min(c[k].min(d[k])));
         let max = [0, 1].map(|k| a[k].max(b[k]).max(c[k].max(d[k])));
         let first = min.map(|min| (min + i32x4::splat(PIXEL - 1)) >> SUBPIXEL_BITS as i32);
-        let extent = [0, 1].map(|k| (max[k] >> SUBPIXEL_BITS as i32) - first[k]);
+        let pixels = |k: usize| (max[k] >> SUBPIXEL_BITS as i32) - first[k] + i32x4::splat(1);
+        let extent = [pixels(0), pixels(1)];
 
-        let valid = ALL & !min[0].cmp_eq(i32x4::splat(INVALID)).move_mask();
-        let visible = valid & extent[0].min(extent[1]).cmp_gt(i32x4::splat(-1)).move_mask();
+        let valid = !min[0].cmp_eq(i32x4::splat(INVALID));
+        let visible = valid & extent[0].min(extent[1]).cmp_gt(NONE);
         let cross = |p: [i32x4; 2], q: [i32x4; 2]| p[0] * q[1] - p[1] * q[0];
-        let turns = cross(sides[0], sides[1])
-            .min(cross(sides[1], sides[2]))
-            .min(cross(sides[2], sides[3]).min(cross(sides[3], sides[0])));
-        let convex = turns.cmp_gt(i32x4::splat(0));
-        let small = visible & (convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(SMALL))).move_mask();
+        // As the sides go all the way round, the turns at b and d have the same sum as those at a and c.
+        let [at_b, at_c, at_d] = [cross(sides[0], sides[1]), cross(sides[1], sides[2]), cross(sides[2], sides[3])];
+        let convex = at_b.min(at_c).min(at_d.min(at_b + at_d - at_c)).cmp_gt(NONE);
+        let small = visible & convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(SMALL));
+        let extent = [extent[0] & small, extent[1] & small];
         Self { corners, sides, first, extent, small, visible }
     }
 
-    /// Lanes whose bounding box has a pixel so far from the first one along an axis.
+    /// Whether one of the small cells is wider or higher than so many pixels.
     #[inline(always)]
-    fn reach(&self, axis: usize, far: i32) -> i32 {
-        self.extent[axis].cmp_gt(i32x4::splat(far - 1)).move_mask()
+    fn reaches(&self, axis: usize, pixels: i32x4) -> bool {
+        self.extent[axis].cmp_gt(pixels).move_mask() != 0
     }
 
     /// The edge functions of the four sides at the first pixel, positive inside. A pixel exactly on a side belongs to the
@@ -187,21 +185,21 @@ impl CellGroup {
     /// comparison that holds is −1.
     #[inline(always)]
     fn edges(&self, last_lane: usize, last_row: bool) -> [i32x4; 4] {
-        let zero = i32x4::splat(0);
         let lane = |k: usize| -i32::from(k == last_lane);
-        let outer = [zero, i32x4::new([lane(0), lane(1), lane(2), lane(3)]), i32x4::splat(-i32::from(last_row)), zero];
-        let origin = self.first.map(|first| first << SUBPIXEL_BITS as i32);
-        [0, 1, 2, 3].map(|k| {
-            let ([dx, dy], [x, y]) = (self.sides[k], self.corners[k]);
-            let owns = dy.cmp_lt(zero) | (dy.cmp_eq(zero) & dx.cmp_gt(zero)) | outer[k];
+        let (right, bottom) = (i32x4::new([lane(0), lane(1), lane(2), lane(3)]), i32x4::splat(-i32::from(last_row)));
+        let origin = [self.first[0] << SUBPIXEL_BITS as i32, self.first[1] << SUBPIXEL_BITS as i32];
+        let edge = |[dx, dy]: [i32x4; 2], [x, y]: [i32x4; 2], outer: i32x4| {
+            let owns = dy.cmp_lt(NONE) | (dy.cmp_eq(NONE) & dx.cmp_gt(NONE)) | outer;
             dx * (origin[1] - y) - dy * (origin[0] - x) - owns
-        })
+        };
+        let ([ab, bc, cd, da], [a, b, c, d]) = (self.sides, self.corners);
+        [edge(ab, a, NONE), edge(bc, b, right), edge(cd, c, bottom), edge(da, d, NONE)]
     }
 
-    /// Lanes whose cell needs the general way.
+    /// Lanes whose cell needs the general way, one to a bit.
     #[inline(always)]
     fn others(&self) -> i32 {
-        self.visible & !self.small
+        (self.visible & !self.small).move_mask()
     }
 }
 
@@ -226,9 +224,10 @@ impl InverseBilinear {
     #[inline(always)]
     fn new(group: &CellGroup) -> Self {
         let float = |q: [i32x4; 2]| q.map(f32x4::from_i32x4);
-        let ([ab, bc, _, da], zero) = (group.sides, i32x4::splat(0));
-        let (e, f, g) = (float(ab), float([zero - da[0], zero - da[1]]), float([bc[0] + da[0], bc[1] + da[1]]));
-        let h = float([0, 1].map(|axis| (group.first[axis] << SUBPIXEL_BITS as i32) - group.corners[0][axis]));
+        let ([ab, bc, _, da], [a, _, _, d]) = (group.sides, group.corners);
+        let (e, f, g) = (float(ab), float([d[0] - a[0], d[1] - a[1]]), float([bc[0] + da[0], bc[1] + da[1]]));
+        let from_a = |axis: usize| (group.first[axis] << SUBPIXEL_BITS as i32) - a[axis];
+        let h = float([from_a(0), from_a(1)]);
         Self { e, f, g, h, ef: cross(e, f), gf: cross(g, f) }
     }
 

@@ -1,19 +1,27 @@
 //! Bilinear sampling of the target: its photo and its depth alike.
 
-use wide::{f32x4, i32x4, u8x16, u16x8};
+use wide::{CmpGt, f32x4, i16x8, i32x4, u8x16, u16x8};
 
 use crate::ImageView;
 
 /// Four places in the target, each between four pixels, to 1/256 of a pixel.
 pub(super) struct Taps {
     /// Indices of the top left pixels of the four.
-    index: i32x4,
-    /// Shares of the right and of the lower pixels, 0 to 256.
-    fx: i32x4,
-    fy: i32x4,
-    /// Steps to the right and to the lower neighbour; 0 in a picture one pixel wide or high.
-    right: usize,
-    down: usize,
+    pub index: i32x4,
+    /// Indices of the nearest pixels of the four.
+    pub nearest: i32x4,
+    /// Shares of the lower pixels, 0 to 256.
+    pub lower: i32x4,
+    /// Shares of the right pixels, 0 to 256, times 2¹⁶, and below them those of the left ones.
+    pub across: i32x4,
+}
+
+/// One of them.
+pub(super) struct Tap {
+    pub index: usize,
+    pub nearest: usize,
+    pub lower: i32,
+    pub across: i32,
 }
 
 impl Taps {
@@ -28,61 +36,51 @@ impl Taps {
         let share = |v: i32x4, whole: i32x4| (v - (whole << 8_i32)).min(i32x4::splat(256));
         let (x, y) = (fixed(x), fixed(y));
         let (ix, iy) = (whole(x, last(width)), whole(y, last(height)));
-        Self {
-            index: iy * i32x4::splat(width as i32) + ix,
-            fx: share(x, ix),
-            fy: share(y, iy),
-            right: usize::from(width > 1),
-            down: if height > 1 { width } else { 0 },
-        }
-    }
-
-    #[inline(always)]
-    fn index(&self, lane: usize) -> usize {
-        self.index.as_array_ref()[lane] as usize
-    }
-
-    #[inline(always)]
-    fn shares(&self, lane: usize) -> [i32; 2] {
-        [self.fx.as_array_ref()[lane], self.fy.as_array_ref()[lane]]
-    }
-
-    /// RGBA, rounded: first down, both columns at once, then across.
-    #[inline(always)]
-    pub fn colour(&self, lane: usize, image: &ImageView<'_>) -> [u8; 4] {
-        let (index, [fx, fy]) = (self.index(lane), self.shares(lane));
-        let (data, top, bottom) = (image.data(), 4 * index, 4 * (index + self.down));
-        let (Some(top), Some(bottom)) = (data.get(top..top + 8), data.get(bottom..bottom + 8)) else {
-            return image.pixels()[index]; // the last pixel of a picture one pixel wide
-        };
-        let share = |v: i32| u16x8::splat(v as u16);
-        let columns = widen(top) * share(256 - fy) + widen(bottom) * share(fy);
-        let [left, right]: [u64; 2] = bytemuck::cast(columns);
-        // Two channels share a word, 32 bit each.
-        const EVEN: u64 = 0xffff_0000_ffff;
-        const HALF: u64 = 1 << 15 | 1 << 47;
-        let (near, far) = ((256 - fx) as u64, fx as u64);
-        let across = |left: u64, right: u64| (left & EVEN) * near + (right & EVEN) * far + HALF;
-        let (rb, ga) = (across(left, right) >> 16, across(left >> 16, right >> 16) >> 8);
-        const CHANNELS: u64 = 0xff_0000_00ff;
-        let both = rb & CHANNELS | ga & CHANNELS << 8; // r g . . b a . .
-        [both as u8, (both >> 8) as u8, (both >> 32) as u8, (both >> 40) as u8]
-    }
-
-    /// The value of a map of the same size at the nearest pixel.
-    #[inline(always)]
-    pub fn nearest(&self, lane: usize, map: &[f32]) -> f32 {
-        let [fx, fy] = self.shares(lane);
-        let right = if fx > 128 { self.right } else { 0 };
-        let down = if fy > 128 { self.down } else { 0 };
-        map[self.index(lane) + right + down]
+        let (right, lower) = (share(x, ix), share(y, iy));
+        let index = iy * i32x4::splat(width as i32) + ix;
+        let half = i32x4::splat(128);
+        // A comparison that holds is −1.
+        let nearest = index - right.cmp_gt(half) + (lower.cmp_gt(half) & i32x4::splat(width as i32));
+        let across = i32x4::splat(256) - right + (right << 16_i32);
+        Self { index, nearest, lower, across }
     }
 }
 
-/// The channels of two pixels next to each other.
+impl Tap {
+    /// RGBA from the lowest byte up, rounded and opaque: first down, both columns at once, then across.
+    #[inline(always)]
+    pub fn colour(&self, image: &ImageView<'_>) -> u32 {
+        let (Some(top), Some(bottom)) = (two(image, self.index), two(image, self.index + image.width())) else {
+            return 0; // never, as the place lies inside
+        };
+        let columns = (top << 8_u16) + (bottom - top) * u16x8::splat(self.lower as u16);
+        // Multiplied and added in pairs they have a sign, so they are shifted by 2¹⁵, which the shares make 2²³.
+        let [r, g, b, a, right_r, right_g, right_b, right_a] = bytemuck::cast(columns ^ u16x8::splat(1 << 15));
+        let pairs = i16x8::new([r, right_r, g, right_g, b, right_b, a, right_a]);
+        let shares: i16x8 = bytemuck::cast(i32x4::splat(self.across));
+        let sums = pairs.dot(shares) + i32x4::splat((1 << 23) + (1 << 15));
+        let words = i16x8::from_i32x8_saturate(bytemuck::cast([sums >> 16_i32; 2]));
+        let [rg, ba, ..] = words.dot(bytemuck::cast(i32x4::splat(1 | 256 << 16))).to_array();
+        rg as u32 | (ba as u32) << 16 | OPAQUE
+    }
+}
+
+/// The channels of a pixel and of the one to the right of it.
 #[inline(always)]
-fn widen(pixels: &[u8]) -> u16x8 {
+fn two(image: &ImageView<'_>, index: usize) -> Option<u16x8> {
     let mut bytes = [0; 16];
-    bytes[..8].copy_from_slice(pixels);
-    u16x8::from_u8x16_low(u8x16::new(bytes))
+    bytes[..8].copy_from_slice(image.data().get(4 * index..)?.first_chunk::<8>()?);
+    Some(u16x8::from_u8x16_low(u8x16::new(bytes)))
+}
+
+/// The alpha of a colour.
+pub(super) const OPAQUE: u32 = 0xff00_0000;
+
+/// ‖a − b‖² over RGB: the photometric error of two colours.
+#[inline(always)]
+pub(super) fn photometric_error(a: u32, b: u32) -> i32 {
+    let channels = |colour: u32| i16x8::from_u8x16_low(bytemuck::cast(i32x4::splat((colour & !OPAQUE) as i32)));
+    let apart = channels(a) - channels(b);
+    let [rg, b, ..] = apart.dot(apart).to_array();
+    rg + b
 }

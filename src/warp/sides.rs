@@ -18,17 +18,17 @@ impl StretchLimit {
         Self { longest: average(grid).map(|side| (side * factor) as f32) }
     }
 
-    /// Which of four cells are voids, one to a bit. Corners in turn from the top left.
+    /// Which of four cells are voids. Corners in turn from the top left.
     #[inline(always)]
-    pub fn exceeded(&self, &[a, b, c, d]: &[[i32x4; 2]; 4]) -> i32 {
-        let [top, right, bottom, left] = [square(a, b), square(b, c), square(d, c), square(a, d)];
+    pub fn exceeded(&self, &[a, b, c, d]: &[[i32x4; 2]; 4]) -> i32x4 {
+        let [top, right, bottom, left] = [square(a, b), square(b, c), square(c, d), square(a, d)];
         let [h, v] = self.longest.map(f32x4::splat);
         // Nearly all cells pass without a root.
         if (top.fast_max(bottom).cmp_gt(h * h) | left.fast_max(right).cmp_gt(v * v)).move_mask() == 0 {
-            return 0;
+            return i32x4::ZERO;
         }
         let mean = |a: f32x4, b: f32x4| f32x4::splat(0.5) * (a.sqrt() + b.sqrt());
-        (mean(top, bottom).cmp_gt(h) | mean(left, right).cmp_gt(v)).move_mask()
+        bytemuck::cast(mean(top, bottom).cmp_gt(h) | mean(left, right).cmp_gt(v))
     }
 }
 
@@ -45,7 +45,7 @@ fn average(grid: &VertexGrid) -> [f64; 2] {
     for (above, below) in grid.cell_rows() {
         let mut row = [f32x4::splat(0.0); 2];
         for first in (0..grid.cells[0]).step_by(LANES) {
-            let [a, b, c, d] = [above.lanes(first), above.lanes(first + 1), below.lanes(first + 1), below.lanes(first)];
+            let ([a, b], [d, c]) = (above.lanes(first), below.lanes(first));
             let length = |p, q| square(p, q).sqrt();
             let invalid = a[0].min(b[0]).min(c[0].min(d[0])).cmp_eq(i32x4::splat(INVALID));
             let keep: f32x4 = bytemuck::cast(!invalid);
