@@ -48,6 +48,8 @@ pub(super) struct Search<'a> {
     pub range: f32,
     /// Cost of any motion away from the prior.
     pub stay: u8,
+    /// From each label that is looked at to the next that is.
+    pub every: usize,
 }
 
 /// Makes the costs row by row.
@@ -74,7 +76,7 @@ impl Rays {
     /// Sets pixel `i`, whose labels start at `first`, and tells which of them lie beyond the first or the last pixel of the
     /// other photo, one to a bit.
     #[inline(always)]
-    fn set(&mut self, i: usize, motion: &Motion, first: f32, most: [i32; 2]) -> u16 {
+    fn set(&mut self, i: usize, motion: &Motion, first: f32, every: i32, most: [i32; 2]) -> u16 {
         const ONE: f32 = (1 << FRACTION) as f32;
         // Far outside any photo, and far from an overflow.
         const FAR: f32 = (1 << 29) as f32;
@@ -82,10 +84,10 @@ impl Rays {
         let [px, py] = motion.place;
         let [dx, dy] = motion.direction;
         let ray = [px + first * dx, py + first * dy, dx, dy].map(|v| fixed(v * ONE));
-        for (vectors, v) in self.0.iter_mut().zip(ray) {
+        let [x, y, dx, dy] = ray;
+        for (vectors, v) in self.0.iter_mut().zip([x, y, dx * every, dy * every]) {
             bytemuck::cast_mut::<_, [[i32; 4]; 4]>(vectors)[i % 4][i / 4 % 4] = v;
         }
-        let [x, y, dx, dy] = ray;
         let within = |v: i32, most: i32| (0..=most).contains(&v);
         let inside = |k: i32| within(x + k * dx, most[0]) && within(y + k * dy, most[1]);
         if inside(0) && inside(LABELS as i32 - 1) {
@@ -147,9 +149,20 @@ impl<'a> CostRows<'a> {
         }
     }
 
-    /// Looks at the next row of the other photo through every label.
+    /// How bright the other photo is where the first and the last label of a pixel of the row that was looked at last lead to;
+    /// and 1, but 0 if one of them is outside.
+    #[inline(always)]
+    pub fn ends(&self, x: usize) -> [f32; 3] {
+        let (from, slot) = (self.search.from, slot(self.ahead - 1));
+        let outside = self.outside[slot * from.width + x];
+        let end = |label: usize| f32::from(self.seen[(slot * LABELS + label) * from.stride + MARGIN + x] ^ 0x80);
+        let inside = outside & (1 | 1 << (LABELS - 1)) == 0;
+        [end(0), end(LABELS - 1), f32::from(u8::from(inside))]
+    }
+
+    /// Looks at the next row of the other photo through its labels.
     #[inline(never)]
-    fn see(&mut self) {
+    pub fn see(&mut self) {
         let search = self.search;
         let y = self.ahead;
         self.ahead += 1;
@@ -162,14 +175,15 @@ impl<'a> CostRows<'a> {
         for (block, (middle, outside)) in middle.chunks(LANES).zip(outside.chunks_mut(LANES)).enumerate() {
             let x = block * LANES;
             for (i, (&middle, outside)) in middle.iter().zip(outside.iter_mut()).enumerate() {
-                *outside = rays.set(i, &search.motion(x + i, y, inverse), f32::from(middle) - HALF as f32, most);
+                let first = f32::from(middle) - HALF as f32;
+                *outside = rays.set(i, &search.motion(x + i, y, inverse), first, search.every as i32, most);
             }
             // Nothing is seen there, and nothing is made of what was seen before.
             if outside.iter().all(|&outside| outside == NOWHERE) {
                 continue;
             }
             let [u, v, du, dv] = &mut rays.0;
-            for row in seen.chunks_exact_mut(stride) {
+            for row in seen.chunks_exact_mut(stride).step_by(search.every) {
                 let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
                 for q in 0..4 {
                     four ^= self.to.sample(u[q], v[q]) << (8 * q as i32);

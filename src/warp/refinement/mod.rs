@@ -6,6 +6,7 @@ mod continuation;
 mod cost;
 mod gray;
 mod motion;
+mod polish;
 mod pyramid;
 
 use std::borrow::Cow;
@@ -47,7 +48,8 @@ pub struct Refined {
 
 /// Corrects the inverse depth of both photos by what they show. The views' depth maps are priors: each pixel is searched for
 /// along its epipolar line, ±`range` pixels around where the prior sends it. The cost is census (exposure plays no part),
-/// aggregated semi-globally, from coarse to fine. `spread` is how far the priors miss
+/// aggregated semi-globally, from coarse to fine. At last what is found is moved to where the gray values fit best, by a
+/// fraction of a pixel. `spread` is how far the priors miss
 /// inliers, forward and reverse, in pixels, such as the 90th percentile of the errors.
 ///
 /// A correction is trusted where both maps agree on it. Where they do not, but the other photo is hit, the match stays as

@@ -3,9 +3,10 @@
 use super::aggregate::aggregate;
 use super::consistency::{Map, consistent, solid};
 use super::continuation::continued;
-use super::cost::{HALF, Search};
+use super::cost::{HALF, LABELS, Search};
 use super::gray::{Gray, MARGIN};
 use super::motion::Field;
+use super::polish::{SPAN, polish};
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
@@ -118,6 +119,16 @@ pub(super) struct Reach {
     pub finest: f32,
 }
 
+/// The labels nearest to shifts.
+#[inline(never)]
+fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
+    let mut labels = zeroed(shifts.len())?;
+    for (label, shift) in labels.iter_mut().zip(shifts) {
+        *label = (shift / step + 0.5).floor() as i16;
+    }
+    Ok(labels)
+}
+
 /// Corrects the maps of both photos.
 pub(super) fn coarse_to_fine(
     mut sides: [Side<'_>; 2],
@@ -141,12 +152,9 @@ pub(super) fn coarse_to_fine(
         let step = if level == last { finest } else { 1.0 } * scale as f32;
         let mut found: [Vec<f32>; 2] = Default::default();
         for (found, [own, other]) in found.iter_mut().zip([[0, 1], [1, 0]].map(|pair| pair.map(|i| &sides[i]))) {
-            let mut middle: Vec<i16> = zeroed(own.pyramid[level].width * own.pyramid[level].height)?;
-            for (middle, shift) in middle.iter_mut().zip(own.shifts_at(level)?) {
-                *middle = (shift / step + 0.5).floor() as i16;
-            }
+            let middle = labels(&own.shifts_at(level)?, step)?;
             let (from, to) = (&own.pyramid[level], &other.pyramid[level]);
-            let search = Search { from, to, field: &own.field, scale, step, middle: &middle, range, stay };
+            let search = Search { from, to, field: &own.field, scale, step, middle: &middle, range, stay, every: 1 };
             *found = aggregate(&search, &mut |part| report(observer, Stage::Refine, done + part * share(level)))?;
             done += share(level);
         }
@@ -175,6 +183,18 @@ pub(super) fn coarse_to_fine(
             }
             side.apply(level);
         }
+    }
+    for i in 0..2 {
+        report(observer, Stage::Refine, done)?;
+        let mut shifts = std::mem::take(&mut sides[i].shifts);
+        let step = SPAN / (LABELS - 1) as f32 * (1 << last) as f32;
+        let middle = labels(&shifts, step)?;
+        let (own, other) = (&sides[i], &sides[1 - i]);
+        let (from, to, field) = (&own.pyramid[last], &other.pyramid[last], &own.field);
+        let search =
+            Search { from, to, field, scale: 1 << last, step, middle: &middle, range, stay, every: LABELS - 1 };
+        polish(&search, &mut shifts, &own.trusted)?;
+        sides[i].correct(last, shifts)?;
     }
     if last > 0 {
         for side in &mut sides {

@@ -1,0 +1,98 @@
+//! The last fraction of a pixel: what the gray values themselves say along the epipolar line (Lucas & Kanade 1981). Costs that
+//! count pixels are blind to it.
+
+use wide::f32x4;
+
+use super::cost::{CostRows, LABELS, Search};
+use super::gray::MARGIN;
+use crate::Result;
+use crate::image::zeroed;
+
+/// Pixels between the two places of the other photo that a slope is taken from: the unit of all shifts below, the farthest
+/// that a shift is moved, and how far apart those of neighbours may be.
+pub(super) const SPAN: f32 = 0.8;
+/// Sum of squared slopes, in gray levels, that moves a shift by half of what it asks for, where the prior is not exact.
+const DAMPING: f32 = 96.0;
+/// The same for what pulls each shift to those around it, per neighbour.
+const COHESION: f32 = 10.0;
+/// How much a pixel counts whose shift is not trusted.
+const MISTRUST: f32 = 0.25;
+
+/// Half the window.
+const RADIUS: usize = 2;
+const ROWS: usize = 2 * RADIUS + 1;
+/// Pixels that are worked on at once, and zeros beyond the left border and at least beyond the right.
+const LANES: usize = 4;
+/// Values of a pixel: its shift; how much brighter the other photo is where it leads to, and how much brighter it becomes per
+/// shift; how much these two count.
+const PLANES: usize = 4;
+
+/// Moves the shifts of all pixels, which are the middle labels of `search` and have [`SPAN`] pixels between the first and the
+/// last, to where the windows around them differ least from the other photo but for an offset, in least squares. A
+/// neighbour counts by how near its own shift is.
+#[inline(never)]
+pub(super) fn polish(search: &Search<'_>, shifts: &mut [f32], trusted: &[u8]) -> Result<()> {
+    let (width, height) = (search.from.width, search.from.height);
+    let stride = width.next_multiple_of(LANES) + 2 * LANES;
+    let start = |y: usize| y * PLANES * stride + LANES;
+    let mut data: Vec<f32> = zeroed(start(height + 2 * RADIUS))?;
+    let span = search.step * (LABELS - 1) as f32;
+    let per_span = 1.0 / span;
+    // What is nearly exact already could only be led astray by noise.
+    let stay = f32::from(search.stay.max(1));
+    let damping = DAMPING * stay * stay * stay;
+    let mut source = CostRows::new(search)?;
+    for y in 0..height {
+        source.see();
+        let gray = &search.from.row(y as isize)[MARGIN..];
+        for (x, &gray) in gray.iter().enumerate().take(width) {
+            let (i, at) = (y * width + x, start(y + RADIUS) + x);
+            let [a, b, counts] = source.ends(x);
+            let counts = if trusted[i] != 0 { counts } else { counts * MISTRUST };
+            let values = [shifts[i] * per_span, 0.5 * (a + b) - f32::from(gray), b - a, counts];
+            for (plane, value) in values.into_iter().enumerate() {
+                data[at + plane * stride] = value;
+            }
+        }
+    }
+    for (y, shifts) in shifts.chunks_exact_mut(width).enumerate() {
+        for (block, shifts) in shifts.chunks_mut(LANES).enumerate() {
+            let by = moves(&data[start(y) - RADIUS + block * LANES..], stride, damping) * span;
+            shifts.iter_mut().zip(by.to_array()).for_each(|(shift, by)| *shift += by);
+        }
+    }
+    Ok(())
+}
+
+/// How far the shifts of pixels next to each other are to be moved; their windows start at the first value.
+#[inline(never)]
+fn moves(data: &[f32], stride: usize, damping: f32) -> f32x4 {
+    let load = |dx: usize, dy: usize, plane: usize| {
+        let from = (dy * PLANES + plane) * stride + dx;
+        f32x4::new(data.get(from..).and_then(<[f32]>::first_chunk).copied().unwrap_or_default())
+    };
+    let (own, counts) = (load(RADIUS, RADIUS, 0), load(RADIUS, RADIUS, 3));
+    let [mut n, mut g, mut e, mut gg, mut ge, mut apart] = [f32x4::ZERO; 6];
+    for tap in 0..ROWS * ROWS {
+        let (dx, dy) = (tap % ROWS, tap / ROWS);
+        let (x, y) = (dx.abs_diff(RADIUS), dy.abs_diff(RADIUS));
+        if x + y > RADIUS {
+            continue;
+        }
+        let (away, slope) = (load(dx, dy, 0) - own, load(dx, dy, 2));
+        let near = (f32x4::ONE - away * away).fast_max(f32x4::ZERO);
+        let weight = near * load(dx, dy, 3) * (1.0 - (x * x + y * y) as f32 / 9.0);
+        // As it would be with the shift in the middle.
+        let difference = load(dx, dy, 1) - slope * away;
+        let weighted = weight * slope;
+        n += weight;
+        g += weighted;
+        e += weight * difference;
+        gg += weighted * slope;
+        ge += weighted * difference;
+        apart += weight * away;
+    }
+    let mean = g / n.fast_max(f32x4::splat(0.1));
+    let by = (apart * COHESION - counts * (ge - mean * e)) / (n * COHESION + counts * (gg - mean * g) + damping);
+    by.fast_max(-f32x4::ONE).fast_min(f32x4::ONE)
+}
