@@ -39,22 +39,21 @@ fn square(p: [i32x4; 2], q: [i32x4; 2]) -> f32x4 {
     x * x + y * y
 }
 
-/// Mean horizontal and mean vertical side over all valid cells, in fixed point.
+/// Mean upper and mean left side of all valid cells, in fixed point: the other two are those of the cells beyond.
 fn average(grid: &VertexGrid) -> [f64; 2] {
     let (mut sum, mut cells) = ([0.0; 2], 0u64);
     for (above, below) in grid.cell_rows() {
         let mut row = [f32x4::splat(0.0); 2];
         for first in (0..grid.cells[0]).step_by(LANES) {
             let ([a, b], [d, c]) = (above.lanes(first), below.lanes(first));
-            let length = |p, q| square(p, q).sqrt();
             let invalid = a[0].min(b[0]).min(c[0].min(d[0])).cmp_eq(i32x4::splat(INVALID));
             let keep: f32x4 = bytemuck::cast(!invalid);
-            row[0] += (length(a, b) + length(d, c)) & keep;
-            row[1] += (length(a, d) + length(b, c)) & keep;
+            row[0] += square(a, b).sqrt() & keep;
+            row[1] += square(a, d).sqrt() & keep;
             cells += u64::from((!invalid).move_mask().count_ones());
         }
         for (sum, row) in sum.iter_mut().zip(row) {
-            *sum += row.to_array().iter().map(|&side| 0.5 * f64::from(side)).sum::<f64>();
+            *sum += row.to_array().iter().map(|&side| f64::from(side)).sum::<f64>();
         }
     }
     sum.map(|sum| if cells == 0 { f64::from(PIXEL) } else { sum / cells as f64 })
