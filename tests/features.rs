@@ -13,13 +13,8 @@ use depthstitch::observer::Observer;
 use depthstitch::{Image, Stage};
 use fingerprint::fingerprint;
 use nalgebra::Matrix3;
-use scene::{Photos, Random};
+use scene::{Photos, Random, median};
 use speckle::{SIZE, Speckle, found, matched, plain, speckle, through, turn};
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
 
 /// Median error and mean offset of the matches that lie within 3 px of where `truth` puts the target's point, and their share.
 fn judge(matches: &[Match], truth: impl Fn([f64; 2]) -> [f64; 2]) -> (f64, [f64; 2], f64) {

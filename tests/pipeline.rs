@@ -4,11 +4,11 @@
 mod scene;
 
 use depthstitch::InverseDepth;
-use depthstitch::geometry::{Calibration, EstimateOptions, Match, Model, ModelKind};
+use depthstitch::geometry::{Calibration, EstimateOptions, Match, ModelKind};
 use depthstitch::image::DepthKind;
 use depthstitch::mosaic::Rect;
 use depthstitch::pipeline::{Options, Stitched, stitch};
-use scene::{MatchOptions, Pair, Photos, Scene};
+use scene::{MatchOptions, Pair, Photos, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -38,25 +38,6 @@ fn codes(found: &Stitched) -> Vec<&'static str> {
 fn inside([x, y]: [f64; 2], margin: f64) -> bool {
     let (w, h) = (SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0);
     x >= margin && y >= margin && x <= w - margin && y <= h - margin
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
-/// Median distance between a model's map and the true one over the target: within the reference's frame, and outside.
-fn map_error(model: &Model, pair: &Pair<'_>) -> [f64; 2] {
-    let (mut within, mut beyond) = (Vec::new(), Vec::new());
-    for (i, place) in pair.map().into_iter().enumerate() {
-        let Some([u, v]) = place else { continue };
-        let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
-        let [a, b] = model.project(x, y, 1.0 / pair.target.depth[i]).unwrap();
-        let error = ((a - u) * (a - u) + (b - v) * (b - v)).sqrt();
-        if inside([u, v], 0.0) { within.push(error) } else { beyond.push(error) }
-    }
-    assert!(within.len() > 5000 && beyond.len() > 1000, "{} pixels within, {} beyond", within.len(), beyond.len());
-    [median(within), median(beyond)]
 }
 
 /// Largest difference of red, green or blue.

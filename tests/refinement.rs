@@ -12,7 +12,7 @@ use depthstitch::observer::Observer;
 use depthstitch::warp::{RefineOptions, Refined, View, refine};
 use depthstitch::{Error, Image, InverseDepth};
 use fingerprint::fingerprint;
-use scene::{Pair, Photos, Scene};
+use scene::{Pair, Photos, Scene, distance};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -28,11 +28,6 @@ fn slope(model: &Model, x: f64, y: f64, d: f64) -> f64 {
     let step = 1e-6 * d;
     let (a, b) = (model.project(x, y, d).unwrap(), model.project(x, y, d + step).unwrap());
     distance(a, b) / step
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (x, y) = (a[0] - b[0], a[1] - b[1]);
-    (x * x + y * y).sqrt()
 }
 
 /// The true map, off by up to `pixels` of motion: smooth bumps with a tilt, as networks have them.

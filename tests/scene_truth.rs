@@ -6,7 +6,7 @@ mod scene;
 
 use depthstitch::geometry::Model;
 use fingerprint::fingerprint;
-use scene::{Camera, MatchOptions, Pair, Random, Scene, View};
+use scene::{Camera, MatchOptions, Pair, Random, Scene, View, distance};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -14,11 +14,6 @@ const SIZE: (usize, usize) = (120, 80);
 
 fn render(scene: &Scene) -> Pair<'_> {
     scene.render(SIZE.0, SIZE.1)
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (x, y) = (a[0] - b[0], a[1] - b[1]);
-    (x * x + y * y).sqrt()
 }
 
 fn share(flags: &[bool]) -> f64 {

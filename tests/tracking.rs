@@ -7,7 +7,7 @@ use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, Model, estimate};
 use depthstitch::pipeline::{Options, align};
 use depthstitch::{Error, Image, InverseDepth};
-use scene::{MatchOptions, Pair, Photos};
+use scene::{MatchOptions, Pair, Photos, distance, map_error};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -33,15 +33,6 @@ fn shifted(pair: &Pair<'_>) -> Model {
     model
 }
 
-fn distance([a, b]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
-    ((a - u) * (a - u) + (b - v) * (b - v)).sqrt()
-}
-
-fn sorted(mut values: Vec<f64>) -> Vec<f64> {
-    values.sort_by(f64::total_cmp);
-    values
-}
-
 /// How far matches are from the truth, in pixels of the reference, ascending.
 fn errors(matches: &[Match], pair: &Pair<'_>) -> Vec<f64> {
     let error = |m: &Match| {
@@ -49,7 +40,9 @@ fn errors(matches: &[Match], pair: &Pair<'_>) -> Vec<f64> {
         let depth = pair.target.depth[(y + 0.5) as usize * SIZE.0 + (x + 0.5) as usize];
         pair.forward.project(x, y, 1.0 / depth).map_or(f64::INFINITY, |place| distance(place, m.reference))
     };
-    sorted(matches.iter().map(error).collect())
+    let mut errors: Vec<f64> = matches.iter().map(error).collect();
+    errors.sort_by(f64::total_cmp);
+    errors
 }
 
 #[test]
@@ -89,19 +82,6 @@ fn nothing_is_followed_without_texture_or_depth() {
     }
 }
 
-/// Median distance of a model's map from the true one over the target, beyond the reference's frame.
-fn beyond(model: &Model, pair: &Pair<'_>) -> f64 {
-    let (w, h) = (SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0);
-    let map = pair.map();
-    let outside = map.iter().enumerate().filter_map(|(i, place)| {
-        let place = place.filter(|[u, v]| !(0.0..=w).contains(u) || !(0.0..=h).contains(v))?;
-        let found = model.project((i % SIZE.0) as f64, (i / SIZE.0) as f64, 1.0 / pair.target.depth[i]);
-        Some(found.map_or(f64::INFINITY, |found| distance(found, place)))
-    });
-    let errors = sorted(outside.collect());
-    errors[errors.len() / 2]
-}
-
 #[test]
 fn exact_depth_ties_the_cameras_all_over_the_overlap() {
     let scene = scene::gallery();
@@ -117,8 +97,8 @@ fn exact_depth_ties_the_cameras_all_over_the_overlap() {
         let all = Options { estimate: options.clone(), refine: None, ..Options::default() };
         let aligned = align(Some(&matches), target, reference, &all, &mut ()).unwrap();
         assert_eq!(aligned.geometry.inliers.len(), matches.len());
-        by_matches.push(beyond(&alone.forward, &pair));
-        by_both.push(beyond(&aligned.geometry.forward, &pair));
+        by_matches.push(map_error(&alone.forward, &pair)[1]);
+        by_both.push(map_error(&aligned.geometry.forward, &pair)[1]);
     }
     let [worst, alone] = [&by_both, &by_matches].map(|errors| errors.iter().copied().fold(0.0, f64::max));
     assert!(worst < 0.3 && 4.0 * worst < alone, "{by_both:?} px against {by_matches:?} px");

@@ -10,7 +10,7 @@ use depthstitch::report::Warning;
 use depthstitch::{Error, Image, InverseDepth, Stage};
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use scene::{MatchOptions, Pair, Photos};
+use scene::{MatchOptions, Pair, Photos, distance};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -61,10 +61,6 @@ fn line_error(found: &Model, truth: &Model) -> f64 {
         }
     }
     worst
-}
-
-fn distance([a, b]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
-    (a - u).hypot(b - v)
 }
 
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {

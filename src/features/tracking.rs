@@ -92,11 +92,10 @@ impl Scene<'_> {
             }
             before = [u, v];
         }
-        let (drawn, contrast) = window(&self.photos[0], &sources)?;
+        let template = Template::new(window(&self.photos[0], &sources)?)?;
         let mut moved = [0.0; 2];
         for _ in 0..STEPS {
-            let (seen, brightness) = window(&self.photos[1], &places)?;
-            let (step, missed) = step(&drawn, &seen, (contrast / brightness).sqrt())?;
+            let (step, missed) = template.step(&window(&self.photos[1], &places)?);
             places.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + step[0], *y + step[1]));
             moved = [moved[0] + step[0], moved[1] + step[1]];
             let square = |[x, y]: [f32; 2]| x * x + y * y;
@@ -104,7 +103,7 @@ impl Scene<'_> {
             let near = square(moved) <= REACH * REACH;
             if !near || square(step) < EXACT * EXACT {
                 let target = self.source(x, y)?;
-                return (near && missed < MISSED * contrast)
+                return (near && missed < MISSED * template.contrast)
                     .then_some(Match { target, reference: places[AREA / 2].map(f64::from) });
             }
         }
@@ -140,21 +139,47 @@ fn window(photo: &Luma, places: &[[f32; 2]; AREA]) -> Option<(Window, f32)> {
     Some((window, square))
 }
 
-/// How far to move what was seen to make it look like what was drawn, and what it misses of it, squared. `None` without
-/// texture.
-#[inline(never)]
-fn step(drawn: &Window, seen: &Window, gain: f32) -> Option<([f32; 2], f32)> {
-    let [mut xx, mut xy, mut yy, mut x, mut y, mut missed] = [0.0f32; 6];
-    for k in SIDE + 1..SIDE * (SIDE - 1) - 1 {
-        let (dx, dy) = (0.5 * (drawn[k + 1] - drawn[k - 1]), 0.5 * (drawn[k + SIDE] - drawn[k - SIDE]));
-        // The ends of a row have no neighbour there.
-        let inside = f32::from(u8::from(k % SIDE > 0 && k % SIDE < SIDE - 1));
-        let (dx, dy, off) = (inside * dx, inside * dy, drawn[k] - gain * seen[k]);
-        (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
-        (x, y, missed) = (x + dx * off, y + dy * off, missed + off * off);
+/// What is looked for.
+struct Template {
+    values: Window,
+    /// Sum of squares.
+    contrast: f32,
+    /// The gradient, 0 at the ends of the rows, which have no neighbour there; its second moments xx, xy and yy.
+    slopes: [[f32; 2]; AREA],
+    moments: [f32; 3],
+}
+
+/// The pixels of a window that have one above and one below.
+const MIDDLE: std::ops::Range<usize> = SIDE + 1..SIDE * (SIDE - 1) - 1;
+
+impl Template {
+    /// `None` without texture.
+    #[inline(never)]
+    fn new((values, contrast): (Window, f32)) -> Option<Self> {
+        let mut slopes = [[0.0; 2]; AREA];
+        let [mut xx, mut xy, mut yy] = [0.0f32; 3];
+        for k in MIDDLE {
+            if k % SIDE > 0 && k % SIDE < SIDE - 1 {
+                let (dx, dy) = (0.5 * (values[k + 1] - values[k - 1]), 0.5 * (values[k + SIDE] - values[k - SIDE]));
+                (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+                slopes[k] = [dx, dy];
+            }
+        }
+        let least = 0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt());
+        (least >= LEAST_SLOPE * AREA as f32).then_some(Self { values, contrast, slopes, moments: [xx, xy, yy] })
     }
-    let least = 0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt());
-    let inverse = 1.0 / (xx * yy - xy * xy);
-    let step = [(yy * x - xy * y) * inverse, (xx * y - xy * x) * inverse];
-    (least >= LEAST_SLOPE * AREA as f32).then_some((step, missed))
+
+    /// How far to move what was seen to make it look like this, and what it misses of it, squared.
+    #[inline(never)]
+    fn step(&self, (seen, brightness): &(Window, f32)) -> ([f32; 2], f32) {
+        let gain = (self.contrast / brightness).sqrt();
+        let [mut x, mut y, mut missed] = [0.0f32; 3];
+        for k in MIDDLE {
+            let ([dx, dy], off) = (self.slopes[k], self.values[k] - gain * seen[k]);
+            (x, y, missed) = (x + dx * off, y + dy * off, missed + off * off);
+        }
+        let [xx, xy, yy] = self.moments;
+        let inverse = 1.0 / (xx * yy - xy * xy);
+        ([(yy * x - xy * y) * inverse, (xx * y - xy * x) * inverse], missed)
+    }
 }

@@ -53,28 +53,24 @@ pub(super) fn fit<'a>(
         *missing = Some(Cow::Owned(derived));
     }
     let frame = |view: View<'a>, side: usize| Frame { depth: depth[side].as_deref(), ..view.frame() };
-    let (mut known, mut remarks) = (matches.to_vec(), (0, Vec::new()));
-    loop {
-        let mut geometry = estimate(&known, frame(target, 0), frame(reference, 1), &options.estimate, observer)?;
-        geometry.followed = known.len() - matches.len();
-        if geometry.followed == 0 {
-            remarks = (geometry.usable, geometry.warnings);
-            // Exact depth makes the photos match all over the overlap: that ties the cameras far better than features do.
-            if geometry.kind == ModelKind::Calibrated
-                && geometry.comparison.is_some_and(|comparison| comparison.exact)
-                && let Some(map) = &depth[1]
-            {
-                track(target.image, reference.image, map, &geometry.reverse, &mut known, observer)?;
-                if known.len() > matches.len() {
-                    continue;
-                }
-            }
+    let frames = [frame(target, 0), frame(reference, 1)];
+    let mut geometry = estimate(matches, frames[0], frames[1], &options.estimate, observer)?;
+    // Exact depth makes the photos match all over the overlap: that ties the cameras far better than features do.
+    if geometry.kind == ModelKind::Calibrated
+        && geometry.comparison.is_some_and(|comparison| comparison.exact)
+        && let Some(map) = &depth[1]
+    {
+        let mut all = matches.to_vec();
+        track(target.image, reference.image, map, &geometry.reverse, &mut all, observer)?;
+        if all.len() > matches.len() {
+            let mut again = estimate(&all, frames[0], frames[1], &options.estimate, observer)?;
+            again.followed = all.len() - matches.len();
+            again.inliers.truncate(matches.len());
+            // What there is to say of the matches does not change by what is followed.
+            geometry = Estimate { usable: geometry.usable, warnings: geometry.warnings, ..again };
         }
-        // What there is to say of the matches does not change by what is followed.
-        (geometry.usable, geometry.warnings) = remarks;
-        geometry.inliers.truncate(matches.len());
-        return Ok(Alignment { matches: None, geometry, depth, trusted: None, spread: None });
     }
+    Ok(Alignment { matches: None, geometry, depth, trusted: None, spread: None })
 }
 
 impl Alignment<'_> {

@@ -19,10 +19,8 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
             && u < width
             && let Some(other) = scene.target.pixels().get((v.floor() * width + u) as i64 as usize)
         {
-            (sum, pixels) = (
-                sum + f64::from(photometric_error(u32::from_le_bytes(*colour), u32::from_le_bytes(*other))),
-                pixels + 1.0,
-            );
+            let [colour, other] = [*colour, *other].map(u32::from_le_bytes);
+            (sum, pixels) = (sum + f64::from(photometric_error(colour, other)), pixels + 1.0);
         }
         index += STRIDE;
     }

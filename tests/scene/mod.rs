@@ -6,6 +6,7 @@
 
 mod camera;
 mod gallery;
+mod measure;
 mod noise;
 mod pair;
 mod photos;
@@ -16,6 +17,7 @@ mod texture;
 
 pub use camera::Camera;
 pub use gallery::gallery;
+pub use measure::{distance, map_error, median};
 pub use noise::Random;
 pub use pair::{MatchOptions, Pair, SampledMatches};
 pub use photos::Photos;

@@ -49,8 +49,8 @@ pub struct Refined {
 /// Corrects the inverse depth of both photos by what they show. The views' depth maps are priors: each pixel is searched for
 /// along its epipolar line, ±`range` pixels around where the prior sends it. The cost is census (exposure plays no part),
 /// aggregated semi-globally, from coarse to fine. At last what is found is moved to where the gray values fit best, by a
-/// fraction of a pixel. `spread` is how far the priors miss
-/// inliers, forward and reverse, in pixels, such as the 90th percentile of the errors.
+/// fraction of a pixel. `spread` is how far the priors miss inliers, forward and reverse, in pixels, such as the 90th
+/// percentile of the errors.
 ///
 /// A correction is trusted where both maps agree on it. Where they do not, but the other photo is hit, the match stays as
 /// it is: if it is wrong, the maps contradict each other and void recovery removes it. Outside the overlap corrections are

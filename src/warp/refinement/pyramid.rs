@@ -187,12 +187,12 @@ pub(super) fn coarse_to_fine(
     for i in 0..2 {
         report(observer, Stage::Refine, done)?;
         let mut shifts = std::mem::take(&mut sides[i].shifts);
-        let step = SPAN / (LABELS - 1) as f32 * (1 << last) as f32;
+        let scale = 1 << last;
+        let step = SPAN / (LABELS - 1) as f32 * scale as f32;
         let middle = labels(&shifts, step)?;
         let (own, other) = (&sides[i], &sides[1 - i]);
         let (from, to, field) = (&own.pyramid[last], &other.pyramid[last], &own.field);
-        let search =
-            Search { from, to, field, scale: 1 << last, step, middle: &middle, range, stay, every: LABELS - 1 };
+        let search = Search { from, to, field, scale, step, middle: &middle, range, stay, every: LABELS - 1 };
         polish(&search, &mut shifts, &own.trusted)?;
         sides[i].correct(last, shifts)?;
     }
