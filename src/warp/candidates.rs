@@ -4,84 +4,82 @@
 use wide::{CmpGt, CmpLt, f32x4, i32x4};
 
 use super::WarpMode;
+use super::batch::{BATCH, Batch, Covered};
 use super::canvas::Canvas;
-use super::raster::{BATCH, Covered, LANES, NONE};
+use super::raster::{LANES, NONE};
 use super::render::Scene;
 use super::sample::{Tap, Taps};
 use crate::InverseDepth;
 use crate::geometry::Model;
 
-const SLOTS: usize = BATCH * LANES;
-
-/// A batch of candidates.
+/// A batch of candidates, in the order their pixels were found and laid out as they are computed: four by four.
 pub(super) struct Candidates {
-    list: [Candidate; SLOTS],
+    fours: [Four; BATCH / LANES],
     count: usize,
 }
 
-/// What a cell offers for a pixel. Four are found at a time, and turned from one number of each to all numbers of one.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Candidate {
-    /// Indices: of the pixel of the canvas; of the reference's, −1 where it does not reach; of a [`Tap`], −1 for a void, and
-    /// its nearest.
-    places: i32x4,
-    /// The shares of the [`Tap`]. The squared distance from its place in the target of where the reverse model sends the
-    /// reference pixel, over β² (paper, equation 9): both that and 1 times the same factor, as floats.
-    weights: i32x4,
+/// What cells offer for four pixels, one to a lane.
+#[derive(Clone, Copy)]
+struct Four {
+    /// Indices of the pixels of the canvas.
+    at: i32x4,
+    /// Indices of the pixels of the reference, −1 where it does not reach.
+    index: i32x4,
+    /// Where they are in the target: the index is −1 for a void.
+    taps: Taps,
+    /// The squared distance from there of where the reverse model sends the reference pixel, over β² (paper, equation 9):
+    /// both that and 1 times the same factor.
+    distance: f32x4,
+    one: f32x4,
+}
+
+/// One of them.
+pub(super) struct Candidate<'a> {
+    four: &'a Four,
+    lane: usize,
 }
 
 impl Candidates {
     pub fn new() -> Self {
-        Self { list: [Candidate::default(); SLOTS], count: 0 }
+        const EMPTY: Four = Four { at: NONE, index: NONE, taps: Taps::NONE, distance: f32x4::ZERO, one: f32x4::ZERO };
+        Self { fours: [EMPTY; BATCH / LANES], count: 0 }
     }
 
-    /// In the order of the groups and their lanes.
     #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = &Candidate> {
-        self.list.iter().take(self.count)
+    pub fn iter(&self) -> impl Iterator<Item = Candidate<'_>> {
+        (0..self.count.min(BATCH)).map(|k| Candidate { four: &self.fours[k / LANES], lane: k % LANES })
     }
 }
 
-impl Candidate {
-    #[inline(always)]
-    fn place(&self, lane: usize) -> usize {
-        self.places.as_array_ref()[lane] as usize
-    }
-
-    #[inline(always)]
-    fn weight(&self, lane: usize) -> i32 {
-        self.weights.as_array_ref()[lane]
-    }
-
+impl Candidate<'_> {
     /// Index of the pixel of the canvas.
     #[inline(always)]
     pub fn at(&self) -> usize {
-        self.place(0)
+        self.four.at.as_array_ref()[self.lane] as usize
     }
 
     /// Index of the pixel of the reference, beyond all where there is none.
     #[inline(always)]
     pub fn index(&self) -> usize {
-        self.place(1)
+        self.four.index.as_array_ref()[self.lane] as usize
     }
 
     /// Whether it is a void.
     #[inline(always)]
     pub fn void(&self) -> bool {
-        self.places.as_array_ref()[2] < 0
+        self.four.taps.index.as_array_ref()[self.lane] < 0
     }
 
     /// Whether it is where it should be by β, the square of which is divided by `strictness`.
     #[inline(always)]
     pub fn near(&self, strictness: f32) -> bool {
-        let float = |lane| f32::from_bits(self.weight(lane) as u32);
-        float(2) * strictness < float(3)
+        self.four.distance.as_array_ref()[self.lane] * strictness < self.four.one.as_array_ref()[self.lane]
     }
 
     /// Where it is in the target.
     #[inline(always)]
     pub fn tap(&self) -> Tap {
-        Tap { index: self.place(2), nearest: self.place(3), lower: self.weight(0), across: self.weight(1) }
+        self.four.taps.get(self.lane)
     }
 }
 
@@ -118,25 +116,20 @@ impl<'a> Locator<'a> {
 
     /// Looks at the pixels covered by cells of row `j`.
     #[inline(always)]
-    pub fn locate(&self, groups: &[Covered], j: usize, out: &mut Candidates) {
+    pub fn locate(&self, covered: &Batch, j: usize, out: &mut Candidates) {
         let (offset_x, offset_y) = self.canvas.offset;
         let shift = i32x4::splat((offset_y * self.canvas.width + offset_x) as i32);
         let stride = i32x4::splat(self.canvas.width as i32);
         let (width, height) = (i32x4::splat(self.reference.0 as i32), i32x4::splat(self.reference.1 as i32));
         let before = i32x4::splat(-1);
-        let mut count = 0;
-        for group in groups {
-            let (x, y) = (group.x, group.y);
+        for (k, Covered { x, y, u, v, stretched }) in covered.fours().enumerate() {
             let inside = x.cmp_gt(before) & x.cmp_lt(width) & y.cmp_gt(before) & y.cmp_lt(height);
             let index = y * width + x;
-            let s = [
-                (f32x4::splat(group.column as f32) + f32x4::new([0.0, 1.0, 2.0, 3.0]) + group.u) * self.step[0],
-                (f32x4::splat(j as f32) + group.v) * self.step[1],
-            ];
+            let s = [u * self.step[0], (f32x4::splat(j as f32) + v) * self.step[1]];
             let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
             let mut kept = !NONE;
             if self.recover {
-                kept = !(inside | group.stretched);
+                kept = !(inside | stretched);
                 // Mostly all four are on the same side.
                 if inside.move_mask() != 0 {
                     let index = index & inside;
@@ -151,31 +144,12 @@ impl<'a> Locator<'a> {
                     kept |= inside & near;
                 }
             }
-            let taps = Taps::new(s, self.target);
-            let places = [y * stride + x + shift, index | !inside, taps.index | !kept, taps.nearest];
-            let weights = [taps.lower, taps.across, bytemuck::cast(distance), bytemuck::cast(one)];
-            let (places, weights) = (transpose(places), transpose(weights));
-            let lanes = group.lanes;
-            // Each is written, and stays if the cell covers a pixel: that takes no branch.
-            for lane in 0..LANES {
-                out.list[count % SLOTS] = Candidate { places: places[lane], weights: weights[lane] };
-                count += (lanes >> lane & 1) as usize;
-            }
+            let mut taps = Taps::new(s, self.target);
+            taps.index |= !kept;
+            out.fours[k] = Four { at: y * stride + x + shift, index: index | !inside, taps, distance, one };
         }
-        out.count = count;
+        out.count = covered.count;
     }
-}
-
-/// Lane k of each becomes the k-th. (`wide` has this only for processors with SSE.)
-#[inline(always)]
-fn transpose([a, b, c, d]: [i32x4; 4]) -> [i32x4; 4] {
-    let interleave = |p: i32x4, q: i32x4| {
-        let (p, q) = (p.to_array(), q.to_array());
-        [i32x4::new([p[0], q[0], p[1], q[1]]), i32x4::new([p[2], q[2], p[3], q[3]])]
-    };
-    let ([ac, ac2], [bd, bd2]) = (interleave(a, c), interleave(b, d));
-    let ([first, second], [third, fourth]) = (interleave(ac, bd), interleave(ac2, bd2));
-    [first, second, third, fourth]
 }
 
 /// A model in single precision, for four points at once.

@@ -1,5 +1,6 @@
 //! Optimal image warping (paper, section 3.2).
 
+mod batch;
 mod candidates;
 mod canvas;
 mod cell;

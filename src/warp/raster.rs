@@ -6,6 +6,7 @@
 
 use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 
+use super::batch::{Batch, Covered};
 use super::cell::Cell;
 use super::grid::{INVALID, PIXEL, Point, Row, SUBPIXEL_BITS};
 use super::sides::StretchLimit;
@@ -15,66 +16,31 @@ pub(super) const LANES: usize = 4;
 /// 0 in every lane: as a mask, none.
 pub(super) const NONE: i32x4 = i32x4::new([0; LANES]);
 
-/// Groups of pixels in a batch, at most: what the processor's nearest cache holds.
-pub(super) const BATCH: usize = 64;
 /// A small cell has fewer pixels than this across and down: far fewer than make an edge function overflow.
 const SMALL: i32 = 17;
 
-/// Pixels, in reference coordinates, covered by four cells next to each other, one each.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Covered {
-    /// Column of the first cell.
-    pub column: u32,
-    /// Which of the cells cover a pixel, one to a bit.
-    pub lanes: i32,
-    /// Not 0 where the cell is longer than the limit.
-    pub stretched: i32x4,
-    pub x: i32x4,
-    pub y: i32x4,
-    /// The pixels' places in their cells, (0, 0) at the first and (1, 1) at the third corner.
-    pub u: f32x4,
-    pub v: f32x4,
-}
-
-/// Covered pixels on their way to `draw`.
-struct Batch<'a, F> {
-    groups: &'a mut [Covered; BATCH],
-    count: usize,
-    draw: F,
-}
-
-impl<F: FnMut(&[Covered])> Batch<'_, F> {
-    #[inline(never)]
-    fn flush(&mut self) {
-        (self.draw)(&self.groups[..self.count]);
-        self.count = 0;
-    }
-
-    #[inline(always)]
-    fn push(&mut self, group: Covered) {
-        if self.count == BATCH {
-            self.flush();
-        }
-        self.groups[self.count % BATCH] = group;
-        self.count += 1;
-    }
-}
-
 /// Calls `draw` with batches of the pixels of all cells between two rows of vertices, `columns` cells a row. The last
-/// column, and with `last_row` every cell, owns the pixels on its outer side. `buffer` is for reuse from row to row.
+/// column, and with `last_row` every cell, owns the pixels on its outer side. `batch` is empty, and is again afterwards.
 pub(super) fn draw_row(
     above: Row<'_>,
     below: Row<'_>,
     columns: usize,
     last_row: bool,
     stretch: &StretchLimit,
-    buffer: &mut [Covered; BATCH],
-    draw: impl FnMut(&[Covered]),
+    batch: &mut Batch,
+    mut draw: impl FnMut(&Batch),
 ) {
-    let mut batch = Batch { groups: buffer, count: 0, draw };
+    let mut push = |lanes: i32, four: Covered| {
+        if batch.is_full() {
+            draw(batch);
+            batch.count = 0;
+        }
+        batch.push(lanes, four);
+    };
     for first in (0..columns).step_by(LANES) {
         let group = CellGroup::new(above, below, first);
         let stretched = stretch.exceeded(&group.corners);
+        let start = f32x4::splat(first as f32) + f32x4::new([0.0, 1.0, 2.0, 3.0]);
         if group.small.move_mask() != 0 {
             let inverse = InverseBilinear::new(&group);
             // Mostly a cell covers one pixel, if any: pixels of different cells are found one after the other and handed
@@ -83,7 +49,7 @@ pub(super) fn draw_row(
             let mut hand_on = |lanes: i32, right: i32x4, down: i32x4| {
                 let [u, v] = inverse.at(right, down);
                 let [x, y] = [group.first[0] + right, group.first[1] + down];
-                batch.push(Covered { column: first as u32, lanes, stretched, x, y, u, v });
+                push(lanes, Covered { x, y, u: start + u, v, stretched });
             };
             let mut row = group.edges(columns - 1 - first, last_row);
             let mut j = NONE;
@@ -122,12 +88,13 @@ pub(super) fn draw_row(
             if let Some(cell) = Cell::new(corners(above, below, column)) {
                 cell.draw([column + 1 == columns, last_row], |x, y, u, v| {
                     let ([x, y], [u, v]) = ([x, y].map(i32x4::splat), [u, v].map(f32x4::splat));
-                    batch.push(Covered { column: first as u32, lanes: 1 << lane, stretched, x, y, u, v });
+                    push(1 << lane, Covered { x, y, u: start + u, v, stretched });
                 });
             }
         }
     }
-    batch.flush();
+    draw(batch);
+    batch.count = 0;
 }
 
 /// Corners of a cell in turn from the top left.

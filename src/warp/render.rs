@@ -1,10 +1,11 @@
 //! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
 
+use super::batch::Batch;
 use super::candidates::{Candidates, Locator};
 use super::canvas::Canvas;
 use super::difference;
 use super::grid::VertexGrid;
-use super::raster::{BATCH, Covered, draw_row};
+use super::raster::draw_row;
 use super::sample::{OPAQUE, photometric_error};
 use super::sides::StretchLimit;
 use super::{WarpMode, WarpOptions};
@@ -38,13 +39,13 @@ pub(super) fn render(
     let mut candidates = Candidates::new();
     let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
     let [columns, rows] = grid.cells;
-    let mut buffer = [Covered::default(); BATCH];
+    let mut batch = Batch::new();
     for (j, (above, below)) in grid.cell_rows().enumerate() {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
-        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut buffer, |groups| {
-            locator.locate(groups, j, &mut candidates);
+        draw_row(above, below, columns, j + 1 == rows, &stretch, &mut batch, |covered| {
+            locator.locate(covered, j, &mut candidates);
             painter.offer(&candidates);
         });
     }

@@ -5,6 +5,7 @@ use wide::{CmpGt, f32x4, i16x8, i32x4, u8x16, u16x8};
 use crate::ImageView;
 
 /// Four places in the target, each between four pixels, to 1/256 of a pixel.
+#[derive(Clone, Copy)]
 pub(super) struct Taps {
     /// Indices of the top left pixels of the four.
     pub index: i32x4,
@@ -25,6 +26,12 @@ pub(super) struct Tap {
 }
 
 impl Taps {
+    /// What is written over.
+    pub const NONE: Self = {
+        let none = i32x4::ZERO;
+        Self { index: none, nearest: none, lower: none, across: none }
+    };
+
     /// The places (x, y) of a picture of the given size, which must lie inside it.
     #[inline(always)]
     pub fn new([x, y]: [f32x4; 2], (width, height): (usize, usize)) -> Self {
@@ -43,6 +50,18 @@ impl Taps {
         let nearest = index - right.cmp_gt(half) + (lower.cmp_gt(half) & i32x4::splat(width as i32));
         let across = i32x4::splat(256) - right + (right << 16_i32);
         Self { index, nearest, lower, across }
+    }
+
+    /// The one in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Tap {
+        let number = |numbers: &i32x4| numbers.as_array_ref()[lane];
+        Tap {
+            index: number(&self.index) as usize,
+            nearest: number(&self.nearest) as usize,
+            lower: number(&self.lower),
+            across: number(&self.across),
+        }
     }
 }
 
