@@ -69,9 +69,12 @@ impl Tap {
     /// RGBA from the lowest byte up, rounded and opaque: first down, both columns at once, then across.
     #[inline(always)]
     pub fn colour(&self, image: &ImageView<'_>) -> u32 {
-        let (Some(top), Some(bottom)) = (two(image, self.index), two(image, self.index + image.width())) else {
+        // From the first of the four pixels to the last.
+        let pixels = image.pixels().get(self.index..self.index + image.width() + 2).unwrap_or_default();
+        let (Some(top), Some(bottom)) = (pixels.first_chunk(), pixels.last_chunk()) else {
             return 0; // never, as the place lies inside
         };
+        let (top, bottom) = (channels(top), channels(bottom));
         let columns = (top << 8_u16) + (bottom - top) * u16x8::splat(self.lower as u16);
         // Multiplied and added in pairs they have a sign, so they are shifted by 2¹⁵, which the shares make 2²³.
         let [r, g, b, a, right_r, right_g, right_b, right_a] = bytemuck::cast(columns ^ u16x8::splat(1 << 15));
@@ -84,12 +87,12 @@ impl Tap {
     }
 }
 
-/// The channels of a pixel and of the one to the right of it.
+/// The channels of two pixels.
 #[inline(always)]
-fn two(image: &ImageView<'_>, index: usize) -> Option<u16x8> {
+fn channels(pixels: &[[u8; 4]; 2]) -> u16x8 {
     let mut bytes = [0; 16];
-    bytes[..8].copy_from_slice(image.data().get(4 * index..)?.first_chunk::<8>()?);
-    Some(u16x8::from_u8x16_low(u8x16::new(bytes)))
+    bytes[..8].copy_from_slice(pixels.as_flattened());
+    u16x8::from_u8x16_low(u8x16::new(bytes))
 }
 
 /// The alpha of a colour.
