@@ -4,7 +4,9 @@
 mod points;
 mod scene;
 
-use depthstitch::geometry::{EstimateOptions, Frame, Match, Model, ModelKind, TwoView, derive_missing, two_view};
+use depthstitch::geometry::{
+    EstimateOptions, Frame, Match, Model, ModelKind, Threshold, TwoView, derive_missing, two_view,
+};
 use depthstitch::observer::Observer;
 use depthstitch::report::Warning;
 use depthstitch::{Error, Image, InverseDepth, Stage};
@@ -141,6 +143,68 @@ fn noise_and_wrong_matches_are_borne() {
             Ok(())
         })
         .unwrap();
+}
+
+/// Exact matches of what lies `step` pixels apart in x from..to and y from..to.
+fn grid(truth: &Model, surface: points::Surface, [x, y]: [std::ops::Range<usize>; 2], step: usize) -> Vec<Match> {
+    let places = y.step_by(step).flat_map(|y| x.clone().step_by(step).map(move |x| [x as f64, y as f64]));
+    let seen = |[x, y]: [f64; 2]| truth.project(x, y, surface(x, y, &mut points::Noise(0)));
+    let within =
+        |[u, v]: &[f64; 2]| (0.0..points::WIDTH as f64).contains(u) && (0.0..points::HEIGHT as f64).contains(v);
+    places.filter_map(|target| Some(Match { target, reference: seen(target).filter(within)? })).collect()
+}
+
+#[test]
+fn matches_that_a_lens_bends_off_their_lines_take_part() {
+    let bent = |[x, y]: [f64; 2]| {
+        let (dx, dy) = (x - 159.5, y - 119.5);
+        let r = (dx * dx + dy * dy) / 4e4;
+        let share = 1.0 - 0.2 * r + 0.1 * r * r;
+        [159.5 + dx * share, 119.5 + dy * share]
+    };
+    for turn in [0.04, 0.1] {
+        let truth = points::Scene::new([0.02, -turn, 0.01], [0.3, 0.1, -0.1], 320.0, hills, 1).truth;
+        // Many in the middle, a few in a corner, where the lens bends most.
+        let mut matches = grid(&truth, hills, [0..320, 0..150], 7);
+        let many = matches.len();
+        matches.extend(grid(&truth, hills, [0..90, 190..240], 12));
+        let corner = matches.len() - many;
+        for m in &mut matches {
+            *m = Match { target: bent(m.target), reference: bent(m.reference) };
+        }
+        // Next to a picture that small, as much as 1 is next to an ordinary one.
+        let options = EstimateOptions { threshold: Threshold::Pixels(0.3), ..Default::default() };
+        let photo = gray();
+        let found = two_view(&matches, photo.view(), photo.view(), &options, &mut ()).unwrap().geometry;
+        assert_eq!(found.kind, ModelKind::TwoView);
+        let inliers = found.inliers[many..].iter().filter(|inlier| **inlier).count();
+        assert!(inliers * 10 > corner * 8, "{inliers} of {corner}");
+    }
+}
+
+/// A wall, and below it a floor that comes nearer.
+fn room(_: f64, y: f64, _: &mut points::Noise) -> f64 {
+    0.2 + 0.002 * (y - FOOT).max(0.0)
+}
+
+/// Where the wall ends.
+const FOOT: f64 = 120.0;
+
+#[test]
+fn depth_goes_on_far_from_all_matches() {
+    let mut photo = gray();
+    for (y, row) in photo.data.chunks_exact_mut(4 * points::WIDTH).enumerate() {
+        row.fill(if y as f64 >= FOOT { 200 } else { 60 });
+    }
+    let truth = points::Scene::new([0.0, 0.02, 0.0], [0.3, 0.05, 0.0], 320.0, room, 1).truth;
+    let matches = grid(&truth, room, [0..320, 0..165], 6);
+    let options = EstimateOptions::default();
+    let found = two_view(&matches, photo.view(), photo.view(), &options, &mut ()).unwrap();
+    for (x, y) in [(60.0, 210.0), (160.0, 210.0), (260.0, 210.0), (160.0, 230.0)] {
+        let place = found.geometry.forward.project(x, y, found.target.sample(x, y)).unwrap();
+        let truth = truth.project(x, y, room(x, y, &mut points::Noise(0))).unwrap();
+        assert!(distance(place, truth) < 2.5, "{}", distance(place, truth));
+    }
 }
 
 #[test]

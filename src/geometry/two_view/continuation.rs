@@ -17,10 +17,8 @@ const LATTICE: f64 = 80.0;
 const FEWEST: usize = 20;
 /// How far details reach, as a share of the diagonal.
 const REACH: f64 = 0.03;
-/// The diagonal in nodes.
-const NODES: f64 = 75.0;
 /// Steep slopes at the border must not run away, and what fades must not stretch.
-const KERNEL: Kernel = Kernel { ridge: 1e-3, far: 0.3, sharp: false };
+const KERNEL: Kernel = Kernel { near: 0.015, ridge: 1e-3, far: 0.3, sharp: false, nodes: 75.0 };
 
 /// Replaces the inverse depth of all pixels that `model` sends outside the `other` photo (width, height).
 ///
@@ -82,7 +80,7 @@ pub(super) fn continued(
     let Some(plane) = (known.len() >= FEWEST).then(|| dominant_plane(&known, 1.0)).flatten() else { return Ok(None) };
     let samples: Vec<Sample> =
         known.iter().map(|m| Sample { point: m.point, value: m.depth - at(plane, m.point), weight: 1.0 }).collect();
-    let mut filled = Scattered::new(&samples, KERNEL, (w, h), None).dense(NODES, observer)?.into_values();
+    let mut filled = Scattered::new(&samples, KERNEL, (w, h), None).dense(observer)?.into_values();
     for (y, row) in filled.chunks_exact_mut(w).enumerate() {
         let start = at(plane, [0.0, y as f64]);
         row.iter_mut().enumerate().for_each(|(x, v)| *v = (f64::from(*v) + start + plane[0] * x as f64) as f32);

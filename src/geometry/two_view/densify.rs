@@ -15,8 +15,6 @@ pub(super) struct Sample {
     pub weight: f64,
 }
 
-/// Within this share of the diagonal all samples are alike.
-const NEAR: f32 = 0.015;
 /// Squared difference of colours, over three channels of 255, that doubles the distance.
 const COLOUR: f32 = 3600.0;
 /// Colours make the squared distance this many times larger at most.
@@ -25,12 +23,16 @@ const MOST: f32 = 10.0;
 /// What happens away from the samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kernel {
+    /// Within so many diagonals all samples are alike.
+    pub near: f32,
     /// Holds the slopes of the local planes where their samples do not, in squared diagonals.
     pub ridge: f32,
     /// Half way to 0, in diagonals from a single sample.
     pub far: f32,
     /// Whether values drop to 0 there, or fade away slowly.
     pub sharp: bool,
+    /// The diagonal in nodes.
+    pub nodes: f64,
 }
 
 /// Scattered values, ready to be interpolated: moving least squares with local planes (Levin 1998), the weights those of a
@@ -69,7 +71,8 @@ impl<'a> Scattered<'a> {
     fn value(&self, x: f32, y: f32, colour: [f32; 3]) -> f32 {
         let splat = f32x4::splat;
         let (x, y, [r, g, b]) = (splat(x), splat(y), colour.map(splat));
-        let (near, inverse, most, one) = (splat(NEAR * NEAR), splat(1.0 / COLOUR), splat(MOST), splat(1.0));
+        let Kernel { near, ridge, far, sharp, .. } = self.kernel;
+        let (near, inverse, most, one) = (splat(near * near), splat(1.0 / COLOUR), splat(MOST), splat(1.0));
         let mut sums = [f32x4::ZERO; 9];
         let [s, sx, sy, sxx, sxy, syy, v, vx, vy] = &mut sums;
         for [px, py, pr, pg, pb, value, weight] in &self.lanes {
@@ -77,8 +80,8 @@ impl<'a> Scattered<'a> {
             let (dr, dg, db) = (*pr - r, *pg - g, *pb - b);
             let apart = one + (dr * dr + dg * dg + db * db) * inverse;
             let apart = apart.fast_min(most);
-            let far = (dx * dx + dy * dy + near) * apart;
-            let w = *weight / (far * far * far);
+            let square = (dx * dx + dy * dy + near) * apart;
+            let w = *weight / (square * square * square);
             let (wx, wy, wv) = (w * dx, w * dy, w * *value);
             // Written out, so that the sums stay in registers.
             (*s, *sx, *sy) = (*s + w, *sx + wx, *sy + wy);
@@ -90,7 +93,6 @@ impl<'a> Scattered<'a> {
             (a + b) + (c + d)
         };
         let [s, sx, sy, sxx, sxy, syy, v, vx, vy] = sums.map(total);
-        let Kernel { ridge, far, sharp } = self.kernel;
         // Squared distance of a single sample of the same weight.
         let square = 1.0 / libm::cbrtf(s);
         let q = square / (far * far);
@@ -115,10 +117,10 @@ impl<'a> Scattered<'a> {
         f64::from(value)
     }
 
-    /// A map of the photo's size: exact at nodes, `per_diagonal` of them along the diagonal, and bilinear between them.
-    pub fn dense(&self, per_diagonal: f64, observer: &mut dyn Observer) -> Result<InverseDepth> {
+    /// A map of the photo's size: exact at nodes, and bilinear between them.
+    pub fn dense(&self, observer: &mut dyn Observer) -> Result<InverseDepth> {
         let (w, h) = self.size;
-        let step = ((1.0 / (self.unit * per_diagonal)) as usize).max(1);
+        let step = ((1.0 / (self.unit * self.kernel.nodes)) as usize).max(1);
         // Nodes lie in the middle of blocks, the first and last of them beyond the photo's border.
         let (columns, rows) = (w.div_ceil(step) + 2, h.div_ceil(step) + 2);
         let corner = |i: usize| i as f64 * step as f64 - step as f64;

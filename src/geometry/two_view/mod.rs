@@ -23,18 +23,21 @@ use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, nth};
 use super::vectors::cross;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
+use crate::image::zeroed;
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
 use affine::Moving;
-use densify::{Kernel, Sample, Scattered};
+use densify::{Kernel, Sample, Scattered, diagonal};
 use parallax::{Parallax, plane_parallax};
 use search::{Epipolar, search};
 
-/// The photos' diagonal in nodes of the dense maps.
-const NODES: f64 = 150.0;
 /// Without matches around of like colour the depth soon is that of the plane: guesses would differ between both photos.
-const KERNEL: Kernel = Kernel { ridge: 1e-4, far: 0.06, sharp: true };
+const NEAR: Kernel = Kernel { near: 0.015, ridge: 1e-4, far: 0.06, sharp: true, nodes: 150.0 };
+/// Matches that foretell each other well may speak for what is far from all of them.
+const WIDE: Kernel = Kernel { near: 0.06, far: 0.3, nodes: 40.0, ..NEAR };
+/// How well, as a share of the diagonal.
+const FORETOLD: f64 = 0.0025;
 
 /// Geometry and depth of two photos.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +59,8 @@ pub struct TwoView {
 /// Finds the epipolar geometry of the matches and a relative inverse depth of both photos that goes with it.
 ///
 /// Two photos determine the depth up to an affine change, which leaves the map from one to the other as it is. Between the
-/// matches the depth follows the colours of the photos; far from all of them it is that of the plane most are near to.
+/// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other, and
+/// beyond is that of the plane most are near to.
 /// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
 /// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
 ///
@@ -154,15 +158,25 @@ impl Scene {
         }
         // All points are localised alike, so a depth is the better known the more it moves its point.
         let mean = ends.iter().map(|m| m.motion * m.motion).sum::<f64>() / ends.len() as f64;
-        let samples: Vec<Sample> = ends
+        let mut samples: Vec<Sample> = ends
             .iter()
             .map(|m| Sample { point: m.point, value: m.depth, weight: m.motion * m.motion / mean })
             .collect();
-        let mut scattered = Scattered::new(&samples, KERNEL, (image.width(), image.height()), Some(image));
+        let size = (image.width(), image.height());
+        let mut scattered = Scattered::new(&samples, NEAR, size, Some(image));
         let errors: Vec<f64> =
             ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.motion).collect();
         let most = 9 * errors.len() / 10;
-        Ok((scattered.dense(NODES, observer)?, nth(errors, most).unwrap_or(0.0)))
+        let spread = nth(errors, most).unwrap_or(0.0);
+        let mut sum: Vec<f32> = zeroed(size.0 * size.1)?;
+        // From coarse to fine, each map through what the one before has left.
+        let both = [WIDE, NEAR];
+        for &kernel in if spread < FORETOLD * diagonal(size) { &both[..] } else { &both[1..] } {
+            let map = Scattered::new(&samples, kernel, size, Some(image)).dense(observer)?;
+            samples.iter_mut().for_each(|s| s.value -= map.sample(s.point[0], s.point[1]));
+            sum.iter_mut().zip(map.data()).for_each(|(sum, v)| *sum += v);
+        }
+        Ok((InverseDepth::from_values(sum, size.0, size.1), spread))
     }
 
     #[inline(never)]
