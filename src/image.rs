@@ -95,8 +95,14 @@ impl Mask {
 
     /// How many pixels are set.
     pub fn count(&self) -> usize {
-        self.data.iter().filter(|&&v| v != 0).count()
+        marked(&self.data)
     }
+}
+
+/// How many are not 0.
+#[inline(never)]
+pub(crate) fn marked(marks: &[u8]) -> usize {
+    marks.iter().filter(|&&mark| mark != 0).count()
 }
 
 /// What the numbers of a depth map mean.

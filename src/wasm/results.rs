@@ -8,6 +8,7 @@ use wasm_bindgen::JsValue;
 use super::convert::{image_to_js, put, sized};
 use crate::features::{Features, Keypoint, Pair};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
+use crate::image::marked;
 use crate::metrics::Quality;
 use crate::mosaic::Rect;
 use crate::pipeline::Crops;
@@ -25,7 +26,7 @@ fn numbers(fields: &[(&str, f64)]) -> JsValue {
 /// Adds the fields of `Geometry` to `to`.
 pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warning]) {
     let inliers: Vec<u8> = geometry.inliers.iter().map(|&inlier| u8::from(inlier)).collect();
-    let count = inliers.iter().filter(|&&inlier| inlier != 0).count();
+    let count = marked(&inliers);
     let kind = match geometry.kind {
         ModelKind::Depth => "depth",
         ModelKind::Calibrated => "calibrated",

@@ -11,6 +11,9 @@ use crate::{InverseDepth, Mask, Result, Stage};
 
 /// What lies closer to the other photo's border than this, in its pixels, was matched badly.
 const MARGIN: f64 = 3.0;
+/// The same where hardly any pixel is trusted, one in so many; as a share of the diagonal.
+const UNSURE_MARGIN: f64 = 0.027;
+const FEW: usize = 10;
 /// The photo's diagonal in lattice steps; the known pixels on the lattice determine all but the details.
 const LATTICE: f64 = 80.0;
 /// The fewest of them that say anything.
@@ -24,7 +27,8 @@ const KERNEL: Kernel = Kernel { near: 0.015, ridge: 1e-3, far: 0.3, sharp: false
 ///
 /// Far outside it is that of the plane that most of the pixels inside are near to, so that straight lines stay straight;
 /// next to the border it goes on as inside, by local planes that slowly fade away. A map that is a plane inside is that
-/// plane everywhere. `trusted` tells which pixels have a say (all of them by default).
+/// plane everywhere. `trusted` tells which pixels have a say (all of them by default); where they are hardly any, those near the
+/// border have none.
 ///
 /// Returns the map as it is when hardly any pixel is inside.
 ///
@@ -42,13 +46,15 @@ pub fn continue_outside(
         check_size("trusted", (mask.width, mask.height), size)?;
     }
     report(observer, Stage::Depth, 0.0)?;
-    let limit = [other.0, other.1].map(|size| size as f64 - MARGIN);
+    let unsure = trusted.is_some_and(|mask| mask.count() * FEW < mask.data.len());
+    let margin = if unsure { UNSURE_MARGIN * diagonal(size) } else { MARGIN };
+    let limit = [other.0, other.1].map(|size| size as f64 - margin);
     let mut inside = Vec::new();
     reserve(&mut inside, depth.data().len())?;
     for (y, row) in depth.data().chunks_exact(w).enumerate() {
         inside.extend(row.iter().enumerate().map(|(x, &d)| {
             let place = model.project(x as f64, y as f64, f64::from(d)).unwrap_or_default();
-            let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
+            let within = place.iter().zip(limit).all(|(p, limit)| *p >= margin && *p < limit);
             if within { d } else { f32::NAN }
         }));
     }

@@ -7,7 +7,7 @@ use super::cost::{HALF, LABELS, Search};
 use super::gray::{Gray, MARGIN};
 use super::motion::Field;
 use super::polish::{SPAN, polish};
-use crate::image::{reserve, zeroed};
+use crate::image::{marked, reserve, zeroed};
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
@@ -173,8 +173,7 @@ pub(super) fn coarse_to_fine(
             side.trusted = solid(&agree, width, height)?;
             let reach = FADING * ((width * width + height * height) as f32).sqrt();
             let smooth = continued(&side.field, &side.shifts, &side.trusted, (width, height, scale), reach)?;
-            let count = |marks: &[u8]| marks.iter().filter(|&&mark| mark != 0).count();
-            let keep = (guess || level == last && stay == 0) && count(&side.trusted) * FEW > count(&agree);
+            let keep = (guess || level == last && stay == 0) && marked(&side.trusted) * FEW > marked(&agree);
             let corrected = side.shifts.iter_mut().zip(&mut side.depth);
             for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&agree) {
                 if *shift != smooth && !(keep && mark != 0) {
