@@ -43,9 +43,11 @@ fn gray() -> Image {
 }
 
 fn solve(matches: &[Match], seed: u32) -> TwoView {
-    let photo = gray();
-    let options = EstimateOptions { seed, ..Default::default() };
-    two_view(matches, photo.view(), photo.view(), &options, &mut ()).unwrap()
+    solve_with(matches, &gray(), &EstimateOptions { seed, ..Default::default() })
+}
+
+fn solve_with(matches: &[Match], photo: &Image, options: &EstimateOptions) -> TwoView {
+    two_view(matches, photo.view(), photo.view(), options, &mut ()).unwrap()
 }
 
 /// Distance of a point from the epipolar line of another.
@@ -174,8 +176,7 @@ fn matches_that_a_lens_bends_off_their_lines_take_part() {
         }
         // Next to a picture that small, as much as 1 is next to an ordinary one.
         let options = EstimateOptions { threshold: Threshold::Pixels(0.3), ..Default::default() };
-        let photo = gray();
-        let found = two_view(&matches, photo.view(), photo.view(), &options, &mut ()).unwrap().geometry;
+        let found = solve_with(&matches, &gray(), &options).geometry;
         assert_eq!(found.kind, ModelKind::TwoView);
         let inliers = found.inliers[many..].iter().filter(|inlier| **inlier).count();
         assert!(inliers * 10 > corner * 8, "{inliers} of {corner}");
@@ -198,8 +199,7 @@ fn depth_goes_on_far_from_all_matches() {
     }
     let truth = points::Scene::new([0.0, 0.02, 0.0], [0.3, 0.05, 0.0], 320.0, room, 1).truth;
     let matches = grid(&truth, room, [0..320, 0..165], 6);
-    let options = EstimateOptions::default();
-    let found = two_view(&matches, photo.view(), photo.view(), &options, &mut ()).unwrap();
+    let found = solve_with(&matches, &photo, &EstimateOptions::default());
     for (x, y) in [(60.0, 210.0), (160.0, 210.0), (260.0, 210.0), (160.0, 230.0)] {
         let place = found.geometry.forward.project(x, y, found.target.sample(x, y)).unwrap();
         let truth = truth.project(x, y, room(x, y, &mut points::Noise(0))).unwrap();

@@ -27,8 +27,8 @@ const KERNEL: Kernel = Kernel { near: 0.015, ridge: 1e-3, far: 0.3, sharp: false
 ///
 /// Far outside it is that of the plane that most of the pixels inside are near to, so that straight lines stay straight;
 /// next to the border it goes on as inside, by local planes that slowly fade away. A map that is a plane inside is that
-/// plane everywhere. `trusted` tells which pixels have a say (all of them by default); where they are hardly any, those near the
-/// border have none.
+/// plane everywhere. `trusted` tells which pixels have a say (all of them by default); where they are hardly any, those
+/// near the border have none.
 ///
 /// Returns the map as it is when hardly any pixel is inside.
 ///

@@ -23,7 +23,6 @@ use super::sampler::Sampler;
 use super::statistics::{meaningful_consensus, nth};
 use super::vectors::cross;
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
-use crate::image::zeroed;
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
@@ -59,8 +58,8 @@ pub struct TwoView {
 /// Finds the epipolar geometry of the matches and a relative inverse depth of both photos that goes with it.
 ///
 /// Two photos determine the depth up to an affine change, which leaves the map from one to the other as it is. Between the
-/// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other, and
-/// beyond is that of the plane most are near to.
+/// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other,
+/// and beyond is that of the plane most are near to.
 /// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
 /// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
 ///
@@ -168,13 +167,17 @@ impl Scene {
             ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.motion).collect();
         let most = 9 * errors.len() / 10;
         let spread = nth(errors, most).unwrap_or(0.0);
-        let mut sum: Vec<f32> = zeroed(size.0 * size.1)?;
-        // From coarse to fine, each map through what the one before has left.
-        let both = [WIDE, NEAR];
-        for &kernel in if spread < FORETOLD * diagonal(size) { &both[..] } else { &both[1..] } {
-            let map = Scattered::new(&samples, kernel, size, Some(image)).dense(observer)?;
+        // From coarse to fine: what is near goes through what the wide map has left.
+        let mut wide = None;
+        if spread < FORETOLD * diagonal(size) {
+            let map = Scattered::new(&samples, WIDE, size, Some(image)).dense(observer)?;
             samples.iter_mut().for_each(|s| s.value -= map.sample(s.point[0], s.point[1]));
-            sum.iter_mut().zip(map.data()).for_each(|(sum, v)| *sum += v);
+            scattered = Scattered::new(&samples, NEAR, size, Some(image));
+            wide = Some(map);
+        }
+        let mut sum = scattered.dense(observer)?.into_values();
+        if let Some(wide) = wide {
+            sum.iter_mut().zip(wide.data()).for_each(|(sum, v)| *sum += v);
         }
         Ok((InverseDepth::from_values(sum, size.0, size.1), spread))
     }

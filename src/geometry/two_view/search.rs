@@ -188,11 +188,11 @@ fn settled(points: &Points, f: Fundamental, scales: &Scales) -> Option<Epipolar>
     let wide = scales.widest();
     let strict = narrowed(points, f, &scales.0);
     let lenient = narrowed(points, f, &[4.0 * wide, 2.0 * wide, wide]);
-    let agreeing = |f: &Fundamental| inlying(points, f, wide);
-    let bent = agreeing(&lenient).len() > agreeing(&strict).len() + SAMPLE * 3 / 2;
-    let mut f = if bent { lenient } else { strict };
+    let [near, far] = [&strict, &lenient].map(|f| inlying(points, f, wide));
+    let bent = far.len() > near.len() + SAMPLE * 3 / 2;
+    let (mut f, errors) = if bent { (lenient, far) } else { (strict, near) };
     // The median of a normal deviate's absolute value is 0.6745 σ.
-    let sigma = median(agreeing(&f))?.sqrt() / 0.6745;
+    let sigma = median(errors)?.sqrt() / 0.6745;
     let threshold = if bent { wide } else { (3.0 * sigma).max(0.03 * wide).min(wide) };
     for _ in 0..10 {
         let inliers = inliers_of(points, &f, threshold);
