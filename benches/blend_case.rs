@@ -12,10 +12,11 @@ mod cases;
 use std::path::Path;
 use std::time::Instant;
 
+use depthstitch::View;
 use depthstitch::geometry::{Frame, estimate};
 use depthstitch::mosaic::{BlendOptions, blend, compensate};
 use depthstitch::pipeline::Options;
-use depthstitch::warp::{View, warp};
+use depthstitch::warp::warp;
 use depthstitch::{Image, Mask};
 
 fn main() {

@@ -105,6 +105,15 @@ pub(crate) fn marked(marks: &[u8]) -> usize {
     marks.iter().filter(|&&mark| mark != 0).count()
 }
 
+/// A photo and, unless the model has no parallax, its inverse depth.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The photo.
+    pub image: ImageView<'a>,
+    /// Inverse depth of the same size; may be missing when the model's e is zero.
+    pub depth: Option<&'a InverseDepth>,
+}
+
 /// What the numbers of a depth map mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DepthKind {

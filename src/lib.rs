@@ -12,6 +12,7 @@
 #[cfg(feature = "codecs")]
 pub mod codecs;
 mod decimal;
+pub mod depth;
 pub mod error;
 pub mod features;
 pub mod geometry;
@@ -22,7 +23,9 @@ pub mod observer;
 pub mod pipeline;
 pub mod report;
 mod rows;
+mod sampler;
 mod sort;
+mod statistics;
 pub mod warp;
 
 #[cfg(target_arch = "wasm32")]
@@ -34,4 +37,4 @@ mod wasm;
 static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_allocator();
 
 pub use error::{Error, Result, Stage};
-pub use image::{Image, ImageView, InverseDepth, Mask};
+pub use image::{Image, ImageView, InverseDepth, Mask, View};

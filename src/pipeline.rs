@@ -8,13 +8,14 @@ use std::borrow::Cow;
 pub use alignment::Alignment;
 pub use matching::FeatureOptions;
 
+use crate::depth::RefineOptions;
 use crate::geometry::{Calibration, Estimate, EstimateOptions, Frame, Match, Threshold};
 use crate::metrics::{Quality, quality};
 use crate::mosaic::{BlendOptions, FillMethod, FillOptions, Guide, Mosaic, Rect, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
-use crate::warp::{RefineOptions, View, WarpOptions, Warped, check_budget, warp};
-use crate::{InverseDepth, Result, Stage};
+use crate::warp::{WarpOptions, Warped, check_budget, warp};
+use crate::{InverseDepth, Result, Stage, View};
 use alignment::fit;
 
 /// Below this SSIM over the valid overlap the two photos hardly show the same thing.
@@ -189,7 +190,7 @@ pub fn stitch(
 ///
 /// # Errors
 /// Those of the stages: see [`detect`](crate::features::detect), [`match_features`](crate::features::match_features),
-/// [`estimate`](crate::geometry::estimate), [`two_view`](crate::geometry::two_view) and [`refine`](crate::warp::refine).
+/// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`](crate::depth::refine).
 pub fn align<'a>(
     matches: Option<&[Match]>,
     target: View<'a>,

@@ -1,7 +1,8 @@
 //! Depth that is continued outside the overlap, and carried over to the other photo.
 #![allow(clippy::unwrap_used)]
 
-use depthstitch::geometry::{Model, continue_outside, derive_depth};
+use depthstitch::depth::{continue_outside, derive_depth};
+use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
 use depthstitch::{Error, InverseDepth, Mask};
 use nalgebra::{Matrix3, Vector3};

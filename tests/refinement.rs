@@ -5,11 +5,12 @@
 mod fingerprint;
 mod scene;
 
+use depthstitch::depth::{RefineOptions, Refined, refine};
 use depthstitch::error::Stage;
 use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
 use depthstitch::observer::Observer;
-use depthstitch::warp::{RefineOptions, Refined, View, refine};
+use depthstitch::warp::View;
 use depthstitch::{Error, Image, InverseDepth};
 use fingerprint::fingerprint;
 use scene::{Pair, Photos, Scene, distance};

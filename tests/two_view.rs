@@ -4,9 +4,8 @@
 mod points;
 mod scene;
 
-use depthstitch::geometry::{
-    EstimateOptions, Frame, Match, Model, ModelKind, Threshold, TwoView, derive_missing, two_view,
-};
+use depthstitch::depth::{TwoView, derive_missing, two_view};
+use depthstitch::geometry::{EstimateOptions, Frame, Match, Model, ModelKind, Threshold};
 use depthstitch::observer::Observer;
 use depthstitch::report::Warning;
 use depthstitch::{Error, Image, InverseDepth, Stage};

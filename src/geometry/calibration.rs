@@ -5,8 +5,8 @@ use super::errors::inliers_of;
 use super::levenberg_marquardt::minimise;
 use super::points::{Normalisation, Points, Projection};
 use super::reprojection::{CAP, Noise, Priors, Reprojection};
-use super::statistics::median;
 use super::{Comparison, Model, Score};
+use crate::statistics::median;
 
 /// Focal lengths to start from, in diagonals: a wide angle to a short telephoto lens. The focal length is the one number
 /// whose cost has more than one minimum.

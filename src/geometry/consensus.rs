@@ -5,8 +5,8 @@ use super::errors::{Scales, count, errors, inliers_of, inlying};
 use super::points::{Points, Projection};
 use super::ransac::{Search, msac, refit};
 use super::refine::refine;
-use super::sampler::Sampler;
-use super::statistics::median;
+use crate::sampler::Sampler;
+use crate::statistics::median;
 
 /// A model and the matches that agree with it.
 #[derive(Debug, Clone)]

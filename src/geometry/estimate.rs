@@ -7,12 +7,12 @@ use super::errors::{Scales, count, inliers_of};
 use super::parallax::observable;
 use super::points::{Normalisation, Points, Projection};
 use super::ransac::{Search, msac};
-use super::sampler::Sampler;
-use super::statistics::{meaningful_consensus, median};
 use super::{Calibration, Comparison, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold};
 use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::report::Warning;
+use crate::sampler::Sampler;
+use crate::statistics::{meaningful_consensus, median};
 use crate::{Error, Result, Stage};
 
 /// Below it (less than three matches per number of the model) the fit is worth a look.

@@ -2,6 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::image::check_size;
+use crate::{Error, Result, View};
+
 /// A point of the target and the point of the reference that shows the same thing, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
@@ -64,10 +67,41 @@ impl Model {
         (length > 0.0).then(|| (line[0] * u + line[1] * v + line[2]).abs() / length)
     }
 
+    /// By how many pixels the image of (x, y) moves per unit of inverse depth, at d: |∂x'/∂d|.
+    pub fn parallax(&self, [x, y]: [f64; 2], d: f64) -> f64 {
+        let [u, v, w] = self.transform(x, y, d);
+        let [du, dv] = [(self.e[0] - u / w * self.e[2]) / w, (self.e[1] - v / w * self.e[2]) / w];
+        (du * du + dv * dv).sqrt()
+    }
+
     /// Image of (x, y) with inverse depth d in pixels, or `None` behind the camera.
     #[inline]
     pub fn project(&self, x: f64, y: f64, d: f64) -> Option<[f64; 2]> {
         let [u, v, w] = self.transform(x, y, d);
         (w > 0.0).then(|| [u / w, v / w])
     }
+}
+
+/// Checks models, sizes, and that there is depth where there is parallax.
+pub(crate) fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
+    for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
+        if !model.is_finite() {
+            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
+        }
+        match view.depth {
+            Some(depth) => {
+                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
+            }
+            None if model.has_parallax() => {
+                return Err(Error::InvalidArgument {
+                    name,
+                    expected: "given, as the model has parallax",
+                    value: f64::NAN,
+                }
+                .into());
+            }
+            None => {}
+        }
+    }
+    Ok(())
 }

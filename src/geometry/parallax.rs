@@ -2,7 +2,7 @@
 
 use super::errors::errors;
 use super::points::{Points, Projection};
-use super::statistics::median;
+use crate::statistics::median;
 
 /// Error of the best localised matches, in pixels: what is smaller is rounding.
 const FINEST: f64 = 0.01;

@@ -4,8 +4,8 @@ use super::consensus::Kind;
 use super::errors::{Scales, count, inliers_of};
 use super::linear::fit;
 use super::points::{Points, Projection};
-use super::sampler::Sampler;
 use super::vectors::scale;
+use crate::sampler::Sampler;
 
 /// How to search.
 #[derive(Debug, Clone, Copy)]

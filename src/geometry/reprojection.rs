@@ -11,7 +11,7 @@
 use super::cameras::{Cameras, Vector, added, cross, dot, rotated, transposed};
 use super::levenberg_marquardt::{LeastSquares, NUMBERS, Normal};
 use super::points::{Points, Projection, transform};
-use super::statistics::median;
+use crate::statistics::median;
 
 /// c² of the robust cost x/(1 + x/c²) of a squared error x (Geman & McClure 1987): from three standard deviations on, a match
 /// counts less and less.

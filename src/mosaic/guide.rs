@@ -3,8 +3,8 @@
 use super::{Rect, check_canvas};
 use crate::geometry::Model;
 use crate::image::{check_size, reserve};
-use crate::warp::{View, Warped};
-use crate::{InverseDepth, Result};
+use crate::warp::Warped;
+use crate::{InverseDepth, Result, View};
 
 /// Samples taken along the longer side of the reference.
 const SAMPLES: usize = 128;

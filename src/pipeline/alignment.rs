@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 
 use super::{Options, WithoutDepth};
+use crate::depth::{RefineOptions, continue_outside, derive_missing, refine, two_view};
 use crate::features::track;
-use crate::geometry::statistics::nth;
-use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, continue_outside, derive_missing, estimate, two_view};
+use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, estimate};
 use crate::observer::Observer;
-use crate::warp::{RefineOptions, View, refine};
-use crate::{ImageView, InverseDepth, Mask, Result, Stage};
+use crate::statistics::nth;
+use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
 
 /// Both models and both inverse-depth maps.
 #[derive(Debug, Clone, PartialEq)]

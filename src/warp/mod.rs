@@ -8,20 +8,17 @@ mod depth;
 mod difference;
 mod forward;
 mod grid;
-mod holes;
 mod raster;
-mod refinement;
 mod render;
 mod sample;
 mod sides;
 
 pub(crate) use canvas::check_budget;
-pub use refinement::{RefineOptions, Refined, refine};
 
-use crate::geometry::Model;
-use crate::image::check_size;
+use crate::depth::holes::{self, Holes};
+use crate::geometry::{Model, check_views};
 use crate::observer::{Observer, report};
-use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage};
+use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
 
 /// How the target is rendered into the reference's view (paper, table 2, rows 3, 4, 5 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,16 +32,6 @@ pub enum WarpMode {
     /// Cells, with void recovery and overlapped-pixel selection.
     #[default]
     Optimal,
-}
-
-/// What is done where a depth map has no value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Holes {
-    /// The nearest known value is taken; void recovery removes what it gets wrong.
-    #[default]
-    Nearest,
-    /// Cells of the target at a hole are not drawn, reference pixels at a hole are void.
-    Drop,
 }
 
 /// Options of [`warp`].
@@ -93,15 +80,6 @@ impl WarpOptions {
     pub fn paper() -> Self {
         Self { void_distance: 0.01, colour_distance: f64::INFINITY, ..Self::default() }
     }
-}
-
-/// A photo and, unless the model has no parallax, its inverse depth.
-#[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
-    /// The photo.
-    pub image: ImageView<'a>,
-    /// Inverse depth of the same size; may be missing when the model's e is zero.
-    pub depth: Option<&'a InverseDepth>,
 }
 
 /// The target as the reference's camera would see it, on a canvas that holds both photos.
@@ -198,28 +176,4 @@ fn check(
         .into());
     }
     check_views(target, reference, forward, reverse)
-}
-
-/// Checks models, sizes, and that there is depth where there is parallax.
-fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
-    for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
-        if !model.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
-        }
-        match view.depth {
-            Some(depth) => {
-                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
-            }
-            None if model.has_parallax() => {
-                return Err(Error::InvalidArgument {
-                    name,
-                    expected: "given, as the model has parallax",
-                    value: f64::NAN,
-                }
-                .into());
-            }
-            None => {}
-        }
-    }
-    Ok(())
 }

@@ -4,10 +4,11 @@ use js_sys::Object;
 use wasm_bindgen::{JsCast, JsValue};
 
 use super::convert::{get, put};
+use crate::depth::Holes;
 use crate::geometry::{Calibration, RobustFit, Threshold};
 use crate::mosaic::{Blending, Exposure, FillMethod, FillOptions, Seam};
 use crate::pipeline::{Mode, Options, WithoutDepth};
-use crate::warp::{Holes, WarpMode};
+use crate::warp::WarpMode;
 use crate::{Error, Result};
 
 /// Options from a JavaScript object; what is absent or undefined keeps its default.

@@ -9,8 +9,7 @@ use super::{inputs, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
 use crate::pipeline::{self, check_input_sizes};
-use crate::warp::View;
-use crate::{Image, InverseDepth, Result, Stage};
+use crate::{Image, InverseDepth, Result, Stage, View};
 use crate::{features, metrics, mosaic, warp};
 
 #[wasm_bindgen(start)]

@@ -4,9 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
+use depthstitch::View;
 use depthstitch::geometry::{Match, Model};
 use depthstitch::image::DepthKind;
-use depthstitch::warp::View;
 use depthstitch::{Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;

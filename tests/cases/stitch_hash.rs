@@ -9,10 +9,10 @@ mod fingerprint;
 
 use std::path::Path;
 
+use depthstitch::View;
 use depthstitch::geometry::{Match, Model};
 use depthstitch::image::DepthKind;
 use depthstitch::pipeline::{Options, stitch};
-use depthstitch::warp::View;
 use depthstitch::{Image, InverseDepth};
 use fingerprint::fingerprint;
 use serde_json::{Value, json};

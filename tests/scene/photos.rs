@@ -30,12 +30,12 @@ impl Photos {
         }
     }
 
-    pub fn target(&self) -> warp::View<'_> {
-        warp::View { image: self.target.view(), depth: self.target_depth.as_ref() }
+    pub fn target(&self) -> depthstitch::View<'_> {
+        depthstitch::View { image: self.target.view(), depth: self.target_depth.as_ref() }
     }
 
-    pub fn reference(&self) -> warp::View<'_> {
-        warp::View { image: self.reference.view(), depth: self.reference_depth.as_ref() }
+    pub fn reference(&self) -> depthstitch::View<'_> {
+        depthstitch::View { image: self.reference.view(), depth: self.reference_depth.as_ref() }
     }
 }
 

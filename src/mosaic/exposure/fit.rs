@@ -2,8 +2,8 @@
 
 use super::samples::Sample;
 use crate::Result;
-use crate::geometry::statistics::median;
 use crate::image::{defaults, reserve};
+use crate::statistics::median;
 
 /// Samples below which nothing is said about exposure.
 const FEWEST: usize = 12;

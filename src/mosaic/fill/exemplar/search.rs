@@ -4,8 +4,8 @@ use wide::{i16x8, i32x4, u8x16};
 
 use super::level::{BEFORE, Level, SIDE, Void};
 use crate::Result;
-use crate::geometry::Sampler;
 use crate::image::reserve;
+use crate::sampler::Sampler;
 
 /// Most that a source at another depth than the background costs, as a sum of squared differences: 16 levels in each
 /// channel of each pixel.

@@ -1,22 +1,22 @@
 //! Epipolar refinement: each pixel's inverse depth is corrected by matching along its epipolar line.
 
-mod aggregate;
+mod census;
+mod coarse_to_fine;
 mod consistency;
-mod continuation;
-mod cost;
+mod epipolar_line;
+mod extrapolation;
 mod gray;
-mod motion;
-mod polish;
-mod pyramid;
+mod semi_global;
+mod subpixel;
 
 use std::borrow::Cow;
 
-use super::{Holes, View, holes};
-use crate::geometry::Model;
+use super::holes::{self, Holes};
+use crate::geometry::{Model, check_views};
 use crate::observer::{Observer, report};
-use crate::{Error, InverseDepth, Mask, Result, Stage};
-use motion::Field;
-use pyramid::{Reach, Side, coarse_to_fine};
+use crate::{Error, InverseDepth, Mask, Result, Stage, View};
+use coarse_to_fine::{Reach, Side, coarse_to_fine};
+use epipolar_line::Field;
 
 /// Least and most pixels of motion that are searched when no range is given. Matches that were no inliers miss by more
 /// than the inliers do, and the coarse levels make a wide search cheap.
@@ -74,7 +74,7 @@ pub fn refine(
     options: &RefineOptions,
     observer: &mut dyn Observer,
 ) -> Result<Refined> {
-    super::check_views(&target, &reference, forward, reverse)?;
+    check_views(&target, &reference, forward, reverse)?;
     let range = options.range.unwrap_or((4.0 * spread[0].max(spread[1])).clamp(LEAST_RANGE, MOST_RANGE));
     if !(range.is_finite() && range > 0.0) {
         return Err(

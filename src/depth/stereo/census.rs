@@ -3,8 +3,8 @@
 
 use wide::{CmpGt, i8x16, i32x4, u8x16};
 
+use super::epipolar_line::{Field, Motion};
 use super::gray::{Corners, FRACTION, Gray, LANES, MARGIN, pad};
-use super::motion::{Field, Motion};
 use crate::Result;
 use crate::image::zeroed;
 

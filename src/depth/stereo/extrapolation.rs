@@ -1,6 +1,6 @@
 //! Continues corrections from where they are trusted to where they are not.
 
-use super::motion::Field;
+use super::epipolar_line::Field;
 use crate::Result;
 use crate::image::{reserve, zeroed};
 

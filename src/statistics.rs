@@ -50,7 +50,7 @@ const ALARMS: f64 = -6.907755278982137;
 /// 2004): the smallest k whose number of false alarms
 /// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below 10⁻³, for a model fixed by `m` matches and a chance `p` that a
 /// random match falls within the threshold. More than `n` when even full agreement proves nothing.
-pub(super) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
+pub(crate) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
     let ln = ln_factorials(n);
     let ln_choose = |n: usize, k: usize| ln[n] - ln[k] - ln[n - k];
     let trials = n - m;

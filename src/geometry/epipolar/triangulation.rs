@@ -1,15 +1,15 @@
 //! Plane and parallax: the model x' ~ H x̃ + e·g(x) that a fundamental matrix stands for, and g at the matches.
 
-use super::affine::{Moving, at, dominant_plane};
 use super::fundamental::{Fundamental, cross_matrix, epipole};
 use crate::geometry::clean::flagged;
 use crate::geometry::errors::count;
+use crate::geometry::plane::{DepthSample, at, dominant_plane};
 use crate::geometry::points::{Point, Points, Projection, transform};
 use crate::geometry::vectors::{apply, cross, dot, scale};
 
 /// A match with its relative inverse depth.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Parallax {
+pub(super) struct Triangulated {
     /// Its place among the points passed.
     pub index: usize,
     pub target: [f64; 2],
@@ -29,7 +29,7 @@ pub(super) fn plane_parallax(
     inliers: &[bool],
     f: &Fundamental,
     unit: f64,
-) -> Option<(Projection, Vec<Parallax>)> {
+) -> Option<(Projection, Vec<Triangulated>)> {
     let e = epipole(f)?;
     let a = cross_matrix(e, f);
     let mut projection: Projection = [0, 1, 2].map(|r| [a[r][0], a[r][1], a[r][2], e[r]]);
@@ -40,7 +40,7 @@ pub(super) fn plane_parallax(
         }
     }
     // Of all matches in front of both cameras the third coordinate has the same sign.
-    let third = |p: &Projection, m: &Parallax| transform(p, m.target[0], m.target[1], m.depth[0])[2];
+    let third = |p: &Projection, m: &Triangulated| transform(p, m.target[0], m.target[1], m.depth[0])[2];
     let ahead: Vec<bool> = matches.iter().map(|m| third(&projection, m) > 0.0).collect();
     let most = 2 * count(&ahead) >= ahead.len();
     scale(projection.as_flattened_mut(), if most { 1.0 } else { -1.0 });
@@ -49,8 +49,8 @@ pub(super) fn plane_parallax(
         if matches.len() < 8 {
             return None;
         }
-        let moving: Vec<Moving> =
-            matches.iter().map(|m| Moving { point: m.target, depth: m.depth[0], motion: m.motion }).collect();
+        let moving: Vec<DepthSample> =
+            matches.iter().map(|m| DepthSample { point: m.target, depth: m.depth[0], parallax: m.motion }).collect();
         let plane = dominant_plane(&moving, unit)?;
         for row in &mut projection {
             for c in 0..3 {
@@ -79,7 +79,7 @@ pub(super) fn plane_parallax(
 /// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
 /// line next to it.
 #[inline(never)]
-fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Parallax> {
+fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Triangulated> {
     let Point { x, y, u, v, .. } = *point;
     let [a, b, c] = apply(f, [x, y, 1.0]);
     let offset = (a * u + b * v + c) / (a * a + b * b);
@@ -90,7 +90,7 @@ fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) ->
     let w = transform(p, x, y, depth)[2];
     let [du, dv] = [0, 1].map(|r| (e[r] - place[r] * e[2]) / w);
     let motion = (du * du + dv * dv).sqrt();
-    (depth.is_finite() && motion.is_normal()).then_some(Parallax {
+    (depth.is_finite() && motion.is_normal()).then_some(Triangulated {
         index,
         target: [x, y],
         depth: [depth, depth],
@@ -101,13 +101,13 @@ fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) ->
 /// Drops the matches that hardly any of their neighbours is like. A wrong match that meets the epipolar constraint by
 /// chance has any depth.
 #[inline(never)]
-fn supported(matches: &[Parallax], unit: f64) -> Vec<Parallax> {
+fn supported(matches: &[Triangulated], unit: f64) -> Vec<Triangulated> {
     const NEIGHBOURS: usize = 9;
     const LIKE: usize = 3;
     // In pixels, and as a share of the distance.
     const TOLERANCE: f64 = 2.0;
     const GRADIENT: f64 = 0.3;
-    let keep = |m: &Parallax| {
+    let keep = |m: &Triangulated| {
         let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
         for other in matches.iter().filter(|o| o.index != m.index) {
             let (dx, dy) = (m.target[0] - other.target[0], m.target[1] - other.target[1]);

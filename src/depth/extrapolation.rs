@@ -1,10 +1,8 @@
 //! Smooth continuation of inverse depth to where it is not known.
 
-use super::affine::{Moving, at, dominant_plane};
-use super::densify::{Kernel, Sample, Scattered, diagonal};
-use super::motion;
-use super::pyramid::Level;
-use crate::geometry::Model;
+use super::interpolation::{Kernel, Sample, Scattered, diagonal};
+use super::pull_push::Level;
+use crate::geometry::{DepthSample, Model, at, dominant_plane};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
 use crate::{InverseDepth, Mask, Result, Stage};
@@ -79,7 +77,7 @@ pub(super) fn continued(
             let (i, point) = (y * w + x, [x as f64, y as f64]);
             if !values[i].is_nan() && trusted.is_none_or(|mask| mask.data[i] != 0) {
                 let depth = f64::from(values[i]);
-                known.push(Moving { point, depth, motion: motion(model, point, depth) });
+                known.push(DepthSample { point, depth, parallax: model.parallax(point, depth) });
             }
         }
     }

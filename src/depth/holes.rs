@@ -4,14 +4,23 @@ use std::borrow::Cow;
 
 use wide::f32x4;
 
-use super::Holes;
 use crate::image::zeroed;
 use crate::{InverseDepth, Result};
+
+/// What is done where a depth map has no value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Holes {
+    /// The nearest known value is taken; void recovery removes what it gets wrong.
+    #[default]
+    Nearest,
+    /// Cells of the target at a hole are not drawn, reference pixels at a hole are void.
+    Drop,
+}
 
 const UNKNOWN: u32 = u32::MAX;
 
 /// The depth map to warp with: as it is, or with its holes filled from the nearest known pixel.
-pub(super) fn resolve(depth: Option<&InverseDepth>, holes: Holes) -> Result<Option<Cow<'_, InverseDepth>>> {
+pub(crate) fn resolve(depth: Option<&InverseDepth>, holes: Holes) -> Result<Option<Cow<'_, InverseDepth>>> {
     let Some(depth) = depth else { return Ok(None) };
     Ok(Some(if holes == Holes::Nearest && has_holes(depth.data()) {
         Cow::Owned(fill_nearest(depth)?)

@@ -3,7 +3,7 @@
 
 use wide::f32x4;
 
-use super::cost::{CostRows, LABELS, Search};
+use super::census::{CostRows, LABELS, Search};
 use super::gray::MARGIN;
 use crate::Result;
 use crate::image::zeroed;

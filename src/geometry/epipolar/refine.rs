@@ -81,6 +81,6 @@ fn retracted(mut f: Fundamental) -> Fundamental {
 /// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step gains
 /// less than the share `tolerance`.
 #[inline(never)]
-pub(super) fn polish(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
+pub(super) fn refine(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
     minimise(&Distances(points), retracted(*start), tolerance, 50).0
 }

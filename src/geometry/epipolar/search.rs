@@ -1,14 +1,14 @@
 //! From matches to the fundamental matrix and its inliers.
 
 use super::fundamental::{Fundamental, cross_matrix, epipole};
-use super::polish::polish;
+use super::refine::refine;
 use super::seven_point::{SAMPLE, seven_point};
 use crate::geometry::errors::{Scales, count, errors, inliers_of, inlying};
 use crate::geometry::points::{Point, Points, Projection};
 use crate::geometry::ransac::Search;
-use crate::geometry::sampler::Sampler;
-use crate::geometry::statistics::{meaningful_consensus, median};
 use crate::geometry::vectors::{apply, cross, dot};
+use crate::sampler::Sampler;
+use crate::statistics::{meaningful_consensus, median};
 
 /// The fundamental matrix and the matches that agree with it.
 #[derive(Debug, Clone)]
@@ -92,7 +92,7 @@ impl Best<'_> {
             if count(&inliers) < SAMPLE + 1 {
                 continue;
             }
-            let local = polish(&self.points.select(&inliers), &f, COARSE);
+            let local = refine(&self.points.select(&inliers), &f, COARSE);
             let refined = self.scales.cost(self.points, &local, self.cost);
             if refined < self.cost {
                 (self.fundamental, self.cost) = (Some(local), refined);
@@ -199,7 +199,7 @@ fn settled(points: &Points, f: Fundamental, scales: &Scales) -> Option<Epipolar>
         if count(&inliers) <= SAMPLE {
             return None;
         }
-        f = polish(&points.select(&inliers), &f, FINE);
+        f = refine(&points.select(&inliers), &f, FINE);
         if inliers_of(points, &f, threshold) == inliers {
             break;
         }
@@ -216,7 +216,7 @@ fn narrowed(points: &Points, mut f: Fundamental, thresholds: &[f64; 3]) -> Funda
             if count(&inliers) <= SAMPLE {
                 break;
             }
-            f = polish(&points.select(&inliers), &f, COARSE);
+            f = refine(&points.select(&inliers), &f, COARSE);
         }
     }
     f

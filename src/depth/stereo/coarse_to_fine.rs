@@ -1,12 +1,12 @@
 //! The search from small pictures to full size.
 
-use super::aggregate::aggregate;
+use super::census::{HALF, LABELS, Search};
 use super::consistency::{Map, consistent, solid};
-use super::continuation::continued;
-use super::cost::{HALF, LABELS, Search};
+use super::epipolar_line::Field;
+use super::extrapolation::continued;
 use super::gray::{Gray, MARGIN};
-use super::motion::Field;
-use super::polish::{SPAN, polish};
+use super::semi_global::aggregate;
+use super::subpixel::{SPAN, polish};
 use crate::image::{marked, reserve, zeroed};
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};

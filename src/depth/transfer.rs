@@ -1,6 +1,6 @@
 //! The other photo's inverse depth from one map.
 
-use super::continuation::continued;
+use super::extrapolation::continued;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};

@@ -2,7 +2,7 @@
 
 use wide::{i8x16, i32x4, u8x16, u16x8, u64x2};
 
-use super::cost::{CostRows, Costs, HALF, LABELS, Search};
+use super::census::{CostRows, Costs, HALF, LABELS, Search};
 use super::gray::MARGIN;
 use crate::Result;
 use crate::image::zeroed;

@@ -1,0 +1,94 @@
+//! Inverse depth from the two photos alone: dense maps through the relative inverse depth of the matches.
+
+use super::interpolation::{Kernel, Sample, Scattered, diagonal};
+use crate::geometry::{DepthSample, Estimate, EstimateOptions, Match, two_view_geometry};
+use crate::observer::Observer;
+use crate::statistics::nth;
+use crate::{ImageView, InverseDepth, Result};
+
+/// Without matches around of like colour the depth soon is that of the plane: guesses would differ between both photos.
+const NEAR: Kernel = Kernel { near: 0.015, ridge: 1e-4, far: 0.06, sharp: true, nodes: 150.0 };
+/// Matches that foretell each other well may speak for what is far from all of them.
+const WIDE: Kernel = Kernel { near: 0.06, far: 0.3, nodes: 40.0, ..NEAR };
+/// How well, as a share of the diagonal.
+const FORETOLD: f64 = 0.0025;
+
+/// Geometry and depth of two photos.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoView {
+    /// Both models, of kind [`ModelKind::TwoView`], the reverse one being the inverse of the forward one: H⁻¹, −H⁻¹e. Or
+    /// the homography, when parallax is not observable. The residuals are distances from the epipolar lines.
+    pub geometry: Estimate,
+    /// Relative inverse depth of the target, of its size: 0 on the plane that most matches are near to, mean square 1 at
+    /// the matches. 0 everywhere with a homography.
+    pub target: InverseDepth,
+    /// The same of the reference: what the target shows with g appears there with g/λ, λ being the third coordinate of
+    /// its image.
+    pub reference: InverseDepth,
+    /// How well the maps foretell where a match is that did not take part in them, in pixels of the other photo: the 90th
+    /// percentile of the error, forward and reverse.
+    pub spread: [f64; 2],
+}
+
+/// Finds the epipolar geometry of the matches and a relative inverse depth of both photos that goes with it.
+///
+/// Two photos determine the depth up to an affine change, which leaves the map from one to the other as it is. Between the
+/// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other,
+/// and beyond is that of the plane most are near to.
+/// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
+/// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
+///
+/// # Errors
+/// Those of [`estimate`] without depth; `out-of-memory`, `aborted`.
+pub fn two_view(
+    matches: &[Match],
+    target: ImageView<'_>,
+    reference: ImageView<'_>,
+    options: &EstimateOptions,
+    observer: &mut dyn Observer,
+) -> Result<TwoView> {
+    let size = |image: ImageView<'_>| (image.width(), image.height());
+    let geometry = two_view_geometry(matches, [size(target), size(reference)], options, observer)?;
+    let estimate = geometry.estimate;
+    let Some(samples) = geometry.samples else {
+        let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());
+        return Ok(TwoView {
+            spread: estimate.residual,
+            geometry: estimate,
+            target: zero(target)?,
+            reference: zero(reference)?,
+        });
+    };
+    let (target, forward) = dense(&samples[0], target, observer)?;
+    let (reference, reverse) = dense(&samples[1], reference, observer)?;
+    Ok(TwoView { geometry: estimate, target, reference, spread: [forward, reverse] })
+}
+
+/// The dense map of one photo, and its spread.
+fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer) -> Result<(InverseDepth, f64)> {
+    // All points are localised alike, so a depth is the better known the more it moves its point.
+    let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
+    let mut samples: Vec<Sample> = ends
+        .iter()
+        .map(|m| Sample { point: m.point, value: m.depth, weight: m.parallax * m.parallax / mean })
+        .collect();
+    let size = (image.width(), image.height());
+    let mut scattered = Scattered::new(&samples, NEAR, size, Some(image));
+    let errors: Vec<f64> =
+        ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.parallax).collect();
+    let most = 9 * errors.len() / 10;
+    let spread = nth(errors, most).unwrap_or(0.0);
+    // From coarse to fine: what is near goes through what the wide map has left.
+    let mut wide = None;
+    if spread < FORETOLD * diagonal(size) {
+        let map = Scattered::new(&samples, WIDE, size, Some(image)).dense(observer)?;
+        samples.iter_mut().for_each(|s| s.value -= map.sample(s.point[0], s.point[1]));
+        scattered = Scattered::new(&samples, NEAR, size, Some(image));
+        wide = Some(map);
+    }
+    let mut sum = scattered.dense(observer)?.into_values();
+    if let Some(wide) = wide {
+        sum.iter_mut().zip(wide.data()).for_each(|(sum, v)| *sum += v);
+    }
+    Ok((InverseDepth::from_values(sum, size.0, size.1), spread))
+}
