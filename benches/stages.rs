@@ -25,12 +25,13 @@ mod native {
     use std::hint::black_box;
 
     use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+    use depthstitch::View;
     use depthstitch::features::{self, DetectOptions, detect, match_features};
     use depthstitch::geometry::{Frame, Match, estimate};
     use depthstitch::metrics::quality;
     use depthstitch::mosaic::{BlendOptions, Guide, blend, fill};
     use depthstitch::pipeline::{Options, stitch};
-    use depthstitch::warp::{View, WarpMode, WarpOptions, warp};
+    use depthstitch::warp::{WarpMode, WarpOptions, warp};
 
     use super::cases;
     use super::scene::{self, MatchOptions, Photos};

@@ -3,10 +3,11 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
+use depthstitch::View;
 use depthstitch::depth::Holes;
 use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
-use depthstitch::warp::{View, WarpMode, WarpOptions, Warped, warp};
+use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
 use depthstitch::{Error, Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};
 
