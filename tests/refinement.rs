@@ -5,12 +5,12 @@
 mod fingerprint;
 mod scene;
 
+use depthstitch::View;
 use depthstitch::depth::{RefineOptions, Refined, refine};
 use depthstitch::error::Stage;
 use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
 use depthstitch::observer::Observer;
-use depthstitch::warp::View;
 use depthstitch::{Error, Image, InverseDepth};
 use fingerprint::fingerprint;
 use scene::{Pair, Photos, Scene, distance};
