@@ -17,6 +17,7 @@ pub mod error;
 pub mod features;
 pub mod geometry;
 pub mod image;
+mod lanes;
 pub mod metrics;
 pub mod mosaic;
 pub mod observer;

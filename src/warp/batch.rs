@@ -2,7 +2,7 @@
 
 use wide::{f32x4, i8x16, i32x4};
 
-use super::raster::LANES;
+use crate::lanes::LANES;
 
 /// Pixels in a batch, at most.
 pub(super) const BATCH: usize = 1024;

@@ -1,16 +1,16 @@
-//! What is offered for the pixels of the canvas: where in the target it lies, and whether it is a void (paper, section
-//! 3.2.2).
+//! Void region recovery (paper, section 3.2.2): where in the target the candidates for the pixels of the canvas lie, and
+//! which of them are voids because the reverse model sends them elsewhere (equations 10 to 12).
 
 use wide::{CmpGt, CmpLt, f32x4, i32x4};
 
 use super::WarpMode;
 use super::batch::{BATCH, Batch, Covered};
 use super::canvas::Canvas;
-use super::raster::{LANES, NONE};
-use super::render::Scene;
 use super::sample::{Tap, Taps};
+use super::scene::Scene;
 use crate::InverseDepth;
 use crate::geometry::Model;
+use crate::lanes::LANES;
 
 /// A batch of candidates, in the order their pixels were found and laid out as they are computed: four by four.
 pub(super) struct Candidates {
@@ -27,7 +27,7 @@ struct Four {
     index: i32x4,
     /// Where they are in the target: the index is −1 for a void.
     taps: Taps,
-    /// The squared distance from there of where the reverse model sends the reference pixel, over β² (paper, equation 9):
+    /// The squared distance from there of where the reverse model sends the reference pixel, over β² (paper, equations 10 and 11):
     /// both that and 1 times the same factor.
     distance: f32x4,
     one: f32x4,
@@ -41,7 +41,8 @@ pub(super) struct Candidate<'a> {
 
 impl Candidates {
     pub fn new() -> Self {
-        const EMPTY: Four = Four { at: NONE, index: NONE, taps: Taps::NONE, distance: f32x4::ZERO, one: f32x4::ZERO };
+        const EMPTY: Four =
+            Four { at: i32x4::ZERO, index: i32x4::ZERO, taps: Taps::NONE, distance: f32x4::ZERO, one: f32x4::ZERO };
         Self { fours: [EMPTY; BATCH / LANES], count: 0 }
     }
 
@@ -127,7 +128,7 @@ impl<'a> Locator<'a> {
             let index = y * width + x;
             let s = [u * self.step[0], (f32x4::splat(j as f32) + v) * self.step[1]];
             let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
-            let mut kept = !NONE;
+            let mut kept = !i32x4::ZERO;
             if self.recover {
                 kept = !(inside | stretched);
                 // Mostly all four are on the same side.

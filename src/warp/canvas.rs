@@ -2,7 +2,6 @@
 
 use wide::{CmpGe, CmpLe, f64x2};
 
-use super::grid::VertexGrid;
 use crate::{Error, ImageView, Result};
 
 /// Bytes per canvas pixel over the whole way: warped target, selection key, footprint, mosaic, void mask.
@@ -38,9 +37,9 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// The smallest canvas around the reference and all valid vertices.
-    pub fn around(grid: &VertexGrid, reference: &ImageView<'_>, max_bytes: u64) -> Result<Self> {
-        let [x0, y0, x1, y1] = grid.bounds;
+    /// The smallest canvas around the reference and all that lies in `bounds`, in reference pixels: smallest and largest
+    /// x and y.
+    pub fn around([x0, y0, x1, y1]: [f64; 4], reference: &ImageView<'_>, max_bytes: u64) -> Result<Self> {
         let (w, h) = (reference.width(), reference.height());
         let offset = ((-x0.floor()).max(0.0) as usize, (-y0.floor()).max(0.0) as usize);
         let width = x1.ceil().max(w as f64 - 1.0) as usize + offset.0 + 1;

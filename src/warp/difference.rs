@@ -1,7 +1,7 @@
 //! How much the photos' colours differ.
 
-use super::render::Scene;
 use super::sample::photometric_error;
+use super::scene::Scene;
 
 /// One pixel in so many is looked at: a prime, so that they lie in all columns.
 const STRIDE: usize = 61;

@@ -1,11 +1,11 @@
-//! Forward map of the target's grid vertices into the reference's view (paper, section 3.2.1).
+//! Forward map of the target's grid vertices into the reference's view by equation 4 (paper, section 3.2.1).
 
 use wide::{CmpGt, f64x2, i32x4};
 
 use super::canvas::Limits;
-use super::raster::LANES;
 use crate::geometry::Model;
 use crate::image::{filled, zeroed};
+use crate::lanes::LANES;
 use crate::{Error, InverseDepth, Result};
 
 /// Binary digits after the point of a [`Point`]. On this grid edge functions are exact in integers, so neighbouring

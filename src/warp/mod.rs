@@ -11,7 +11,9 @@ mod grid;
 mod raster;
 mod render;
 mod sample;
-mod sides;
+mod scene;
+mod selection;
+mod stretch;
 
 pub(crate) use canvas::check_budget;
 
@@ -127,7 +129,7 @@ pub fn warp(
         options.grid,
         &canvas::Limits::new(&reference.image, options.canvas_limit),
     )?;
-    let canvas = canvas::Canvas::around(&grid, &reference.image, options.max_bytes)?;
+    let canvas = canvas::Canvas::around(grid.bounds, &reference.image, options.max_bytes)?;
     report(observer, Stage::Warp, 0.2)?;
     let mut image = Image::transparent(canvas.width, canvas.height)?;
     let mut footprint = Mask::empty(canvas.width, canvas.height)?;
@@ -135,7 +137,7 @@ pub fn warp(
         forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint)?
     } else {
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
-        let scene = render::Scene {
+        let scene = scene::Scene {
             target: target.image,
             target_depth: target_depth.as_deref(),
             reference: reference.image,

@@ -9,12 +9,8 @@ use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 use super::batch::{Batch, Covered};
 use super::cell::Cell;
 use super::grid::{INVALID, PIXEL, Point, Row, SUBPIXEL_BITS};
-use super::sides::StretchLimit;
-
-/// Cells looked at together.
-pub(super) const LANES: usize = 4;
-/// 0 in every lane: as a mask, none.
-pub(super) const NONE: i32x4 = i32x4::new([0; LANES]);
+use super::stretch::StretchLimit;
+use crate::lanes::LANES;
 
 /// A small cell has fewer pixels than this across and down: far fewer than make an edge function overflow.
 const SMALL: i32 = 17;
@@ -45,23 +41,23 @@ pub(super) fn draw_row(
             let inverse = InverseBilinear::new(&group);
             // Mostly a cell covers one pixel, if any: pixels of different cells are found one after the other and handed
             // on together.
-            let (mut found, mut right, mut down) = (NONE, NONE, NONE);
+            let (mut found, mut right, mut down) = (i32x4::ZERO, i32x4::ZERO, i32x4::ZERO);
             let mut hand_on = |lanes: i32, right: i32x4, down: i32x4| {
                 let [u, v] = inverse.at(right, down);
                 let [x, y] = [group.first[0] + right, group.first[1] + down];
                 push(lanes, Covered { x, y, u: start + u, v, stretched });
             };
             let mut row = group.edges(columns - 1 - first, last_row);
-            let mut j = NONE;
+            let mut j = i32x4::ZERO;
             while group.reaches(1, j) {
-                let (mut edges, mut i) = (row, NONE);
+                let (mut edges, mut i) = (row, i32x4::ZERO);
                 while group.reaches(0, i) {
                     // Outside the bounding box one of them is negative.
                     let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
-                    let covered = least.cmp_gt(NONE) & group.small;
+                    let covered = least.cmp_gt(i32x4::ZERO) & group.small;
                     if (covered & found).move_mask() != 0 {
                         hand_on(found.move_mask(), right, down);
-                        found = NONE;
+                        found = i32x4::ZERO;
                     }
                     (right, down) = (covered.blend(i, right), covered.blend(j, down));
                     found |= covered;
@@ -131,11 +127,11 @@ impl CellGroup {
         let extent = [pixels(0), pixels(1)];
 
         let valid = !min[0].cmp_eq(i32x4::splat(INVALID));
-        let visible = valid & extent[0].min(extent[1]).cmp_gt(NONE);
+        let visible = valid & extent[0].min(extent[1]).cmp_gt(i32x4::ZERO);
         let cross = |p: [i32x4; 2], q: [i32x4; 2]| p[0] * q[1] - p[1] * q[0];
         // As the sides go all the way round, the turns at b and d have the same sum as those at a and c.
         let [at_b, at_c, at_d] = [cross(sides[0], sides[1]), cross(sides[1], sides[2]), cross(sides[2], sides[3])];
-        let convex = at_b.min(at_c).min(at_d.min(at_b + at_d - at_c)).cmp_gt(NONE);
+        let convex = at_b.min(at_c).min(at_d.min(at_b + at_d - at_c)).cmp_gt(i32x4::ZERO);
         let small = visible & convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(SMALL));
         let extent = [extent[0] & small, extent[1] & small];
         Self { corners, sides, first, extent, small, visible }
@@ -156,11 +152,11 @@ impl CellGroup {
         let (right, bottom) = (i32x4::new([lane(0), lane(1), lane(2), lane(3)]), i32x4::splat(-i32::from(last_row)));
         let origin = [self.first[0] << SUBPIXEL_BITS as i32, self.first[1] << SUBPIXEL_BITS as i32];
         let edge = |[dx, dy]: [i32x4; 2], [x, y]: [i32x4; 2], outer: i32x4| {
-            let owns = dy.cmp_lt(NONE) | (dy.cmp_eq(NONE) & dx.cmp_gt(NONE)) | outer;
+            let owns = dy.cmp_lt(i32x4::ZERO) | (dy.cmp_eq(i32x4::ZERO) & dx.cmp_gt(i32x4::ZERO)) | outer;
             dx * (origin[1] - y) - dy * (origin[0] - x) - owns
         };
         let ([ab, bc, cd, da], [a, b, c, d]) = (self.sides, self.corners);
-        [edge(ab, a, NONE), edge(bc, b, right), edge(cd, c, bottom), edge(da, d, NONE)]
+        [edge(ab, a, i32x4::ZERO), edge(bc, b, right), edge(cd, c, bottom), edge(da, d, i32x4::ZERO)]
     }
 
     /// Lanes whose cell needs the general way, one to a bit.

@@ -1,28 +1,15 @@
-//! Backward rendering with void recovery and overlapped-pixel selection (paper, section 3.2, algorithm 2).
+//! Backward rendering of the warped cells (paper, section 3.2.1 and algorithm 2).
 
 use super::batch::Batch;
 use super::candidates::{Candidates, Locator};
 use super::canvas::Canvas;
-use super::difference;
 use super::grid::VertexGrid;
 use super::raster::draw_row;
-use super::sample::{OPAQUE, photometric_error};
-use super::sides::StretchLimit;
-use super::{WarpMode, WarpOptions};
-use crate::geometry::Model;
-use crate::image::zeroed;
+use super::scene::Scene;
+use super::selection::Painter;
+use super::stretch::StretchLimit;
 use crate::observer::{Observer, report};
-use crate::{Image, ImageView, InverseDepth, Mask, Result, Stage};
-
-/// Everything the choice between candidates looks at.
-pub(super) struct Scene<'a> {
-    pub target: ImageView<'a>,
-    pub target_depth: Option<&'a InverseDepth>,
-    pub reference: ImageView<'a>,
-    pub reference_depth: Option<&'a InverseDepth>,
-    pub reverse: &'a Model,
-    pub options: &'a WarpOptions,
-}
+use crate::{Image, Mask, Result, Stage};
 
 /// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
 /// target's own inverse depth at every pixel that shows it, if that is wanted, anything elsewhere; empty without a map.
@@ -50,88 +37,4 @@ pub(super) fn render(
         });
     }
     Ok(painter.depth)
-}
-
-/// What the photos' mean photometric error adds to 3σ², as a share of it.
-const USUAL: f64 = 0.19;
-
-/// Decides which candidates become pixels.
-struct Painter<'a> {
-    scene: &'a Scene<'a>,
-    /// Opaque where a candidate was accepted.
-    pixels: &'a mut [[u8; 4]],
-    /// Where a candidate was offered.
-    footprint: &'a mut [u8],
-    /// The target's inverse depth of the accepted candidate. Empty without a map.
-    depth: Vec<f32>,
-    /// 1/3σ²: σ is the colour distance where the photos are alike, and more where they differ anyway.
-    per_colour: f32,
-}
-
-impl<'a> Painter<'a> {
-    fn new(scene: &'a Scene<'a>, canvas: &Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
-        let colour = scene.options.colour_distance;
-        Ok(Self {
-            scene,
-            pixels: image.data.as_chunks_mut().0,
-            footprint: &mut footprint.data,
-            depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
-            per_colour: if colour.is_finite() {
-                (1.0 / (3.0 * colour * colour + USUAL * difference::mean(scene))) as f32
-            } else {
-                0.0
-            },
-        })
-    }
-
-    /// Lets the better one of each candidate and what is already there be the pixel.
-    #[inline(always)]
-    fn offer(&mut self, candidates: &Candidates) {
-        // What the loop looks at lies in locals: nothing that is written could change it.
-        let Scene { target, target_depth, reference, options, .. } = *self.scene;
-        let select = options.mode == WarpMode::Optimal;
-        let (target_depth, always) = (target_depth.map(InverseDepth::data), options.depth);
-        let per_colour = self.per_colour;
-        let footprint = &mut *self.footprint;
-        let pixels = &mut self.pixels[..footprint.len()];
-        let depths = &mut self.depth[..];
-        for candidate in candidates.iter() {
-            let at = candidate.at();
-            footprint[at] = 255;
-            let there = u32::from_le_bytes(pixels[at]);
-            let taken = there >= OPAQUE;
-            if candidate.void() || taken && !select {
-                continue;
-            }
-            let tap = candidate.tap();
-            let colour = tap.colour(&target);
-            // What the reference has there, if it reaches there.
-            let like = reference.pixels().get(candidate.index()).map(|&pixel| u32::from_le_bytes(pixel));
-            if let Some(like) = like
-                && per_colour > 0.0
-            {
-                // What is not quite where it should be and does not look like it either is a ghost.
-                let apart = photometric_error(like, colour) as f32 * per_colour;
-                if !candidate.near(1.0 + apart * (1.0 + apart / 16.0)) {
-                    continue;
-                }
-            }
-            let depth = target_depth.filter(|_| always || like.is_none());
-            let nearness = depth.map(|depth| depth[tap.nearest]);
-            if taken {
-                // The one already there is compared by its own pixel, so that no errors need to be kept.
-                let worse = match like {
-                    Some(like) => photometric_error(like, colour) >= photometric_error(like, there),
-                    None => nearness.is_none_or(|nearness| nearness <= depths[at]),
-                };
-                if worse {
-                    continue;
-                }
-            }
-            if let Some(nearness) = nearness {
-                depths[at] = nearness;
-            }
-            pixels[at] = colour.to_le_bytes();
-        }
-    }
 }

@@ -1,9 +1,9 @@
-//! Lengths of the warped cells' sides: what tells a void outside the reference (paper, section 3.2.2).
+//! Voids outside the reference: cells that are stretched (paper, section 3.2.2, last paragraph).
 
 use wide::{CmpEq, CmpGt, f32x4, i32x4};
 
 use super::grid::{INVALID, PIXEL, VertexGrid};
-use super::raster::LANES;
+use crate::lanes::LANES;
 
 /// How long a cell's sides may be. (The paper's text and the authors' program agree that either one makes a void; its
 /// algorithm 2 asks for both.)

@@ -1,0 +1,95 @@
+//! Overlapped pixels (paper, section 3.2.3): of the candidates for a pixel the one that looks most like the reference
+//! becomes it (equations 13 and 14), outside the reference the nearest one (equation 15).
+
+use super::WarpMode;
+use super::candidates::Candidates;
+use super::canvas::Canvas;
+use super::difference;
+use super::sample::{OPAQUE, photometric_error};
+use super::scene::Scene;
+use crate::image::zeroed;
+use crate::{Image, InverseDepth, Mask, Result};
+
+/// What the photos' mean photometric error adds to 3σ², as a share of it.
+const USUAL: f64 = 0.19;
+
+/// Decides which candidates become pixels.
+pub(super) struct Painter<'a> {
+    scene: &'a Scene<'a>,
+    /// Opaque where a candidate was accepted.
+    pixels: &'a mut [[u8; 4]],
+    /// Where a candidate was offered.
+    footprint: &'a mut [u8],
+    /// The target's inverse depth of the accepted candidate. Empty without a map.
+    pub depth: Vec<f32>,
+    /// 1/3σ²: σ is the colour distance where the photos are alike, and more where they differ anyway.
+    per_colour: f32,
+}
+
+impl<'a> Painter<'a> {
+    pub fn new(scene: &'a Scene<'a>, canvas: &Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
+        let colour = scene.options.colour_distance;
+        Ok(Self {
+            scene,
+            pixels: image.data.as_chunks_mut().0,
+            footprint: &mut footprint.data,
+            depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
+            per_colour: if colour.is_finite() {
+                (1.0 / (3.0 * colour * colour + USUAL * difference::mean(scene))) as f32
+            } else {
+                0.0
+            },
+        })
+    }
+
+    /// Lets the better one of each candidate and what is already there be the pixel.
+    #[inline(always)]
+    pub fn offer(&mut self, candidates: &Candidates) {
+        // What the loop looks at lies in locals: nothing that is written could change it.
+        let Scene { target, target_depth, reference, options, .. } = *self.scene;
+        let select = options.mode == WarpMode::Optimal;
+        let (target_depth, always) = (target_depth.map(InverseDepth::data), options.depth);
+        let per_colour = self.per_colour;
+        let footprint = &mut *self.footprint;
+        let pixels = &mut self.pixels[..footprint.len()];
+        let depths = &mut self.depth[..];
+        for candidate in candidates.iter() {
+            let at = candidate.at();
+            footprint[at] = 255;
+            let there = u32::from_le_bytes(pixels[at]);
+            let taken = there >= OPAQUE;
+            if candidate.void() || taken && !select {
+                continue;
+            }
+            let tap = candidate.tap();
+            let colour = tap.colour(&target);
+            // What the reference has there, if it reaches there.
+            let like = reference.pixels().get(candidate.index()).map(|&pixel| u32::from_le_bytes(pixel));
+            if let Some(like) = like
+                && per_colour > 0.0
+            {
+                // What is not quite where it should be and does not look like it either is a ghost.
+                let apart = photometric_error(like, colour) as f32 * per_colour;
+                if !candidate.near(1.0 + apart * (1.0 + apart / 16.0)) {
+                    continue;
+                }
+            }
+            let depth = target_depth.filter(|_| always || like.is_none());
+            let nearness = depth.map(|depth| depth[tap.nearest]);
+            if taken {
+                // The one already there is compared by its own pixel, so that no errors need to be kept.
+                let worse = match like {
+                    Some(like) => photometric_error(like, colour) >= photometric_error(like, there),
+                    None => nearness.is_none_or(|nearness| nearness <= depths[at]),
+                };
+                if worse {
+                    continue;
+                }
+            }
+            if let Some(nearness) = nearness {
+                depths[at] = nearness;
+            }
+            pixels[at] = colour.to_le_bytes();
+        }
+    }
+}
