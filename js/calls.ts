@@ -18,7 +18,7 @@ import type {
   Warped,
 } from "./types.js";
 
-/** What the core can be asked to do: arguments and result of each call, as plain data that can change threads. */
+/** The calls that the core serves: arguments and result of each, as data that can be sent between threads. */
 export interface Calls {
   stitch: {
     args: [
@@ -62,7 +62,7 @@ export interface Calls {
     args: [
       warped: Warped,
       reference: ImageInput,
-      inputs: { readonly trusted?: Mask | null | undefined },
+      inputs: { readonly reliable?: Mask | null | undefined },
       options: Partial<Options>,
     ];
     result: Mosaic;

@@ -1,6 +1,6 @@
-// Checks the types of what a caller passed and makes plain objects of it that can change threads. Values (sizes,
-// ranges, lengths) are the core's to check, in one place for every way to reach it.
-import { invalid } from "./errors.js";
+// Checks the types of arguments and turns them into plain objects that can be sent between threads. Values (sizes, ranges,
+// lengths) are checked by the core, unless a function does not call it.
+import { invalid, StitchError } from "./errors.js";
 import type {
   CallOptions,
   DepthInput,
@@ -13,13 +13,14 @@ import type {
   Model,
   Models,
   Options,
+  Rect,
   Size,
   StitchInputs,
   Warped,
 } from "./types.js";
 
-// Arrays of another realm (an iframe, a test environment) are as good as ours, so their kind is read from their tag;
-// they come out as views of this realm. Shared memory is copied: what a call works on must not change under it.
+// Typed arrays of another realm (an iframe, a test environment) are accepted, so their class is read from their tag; the
+// result is a view of this realm. Shared memory is copied, as it could change during the call.
 const views = {
   Uint8Array: (v: ArrayBufferView) => new Uint8Array(...extent(v, 1)),
   Uint8ClampedArray: (v: ArrayBufferView) => new Uint8ClampedArray(...extent(v, 1)),
@@ -53,7 +54,10 @@ function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeo
   return views[kind](value);
 }
 
+/** A value as it appears in a message: strings quoted, objects by their class. */
 function describe(value: unknown): string {
+  if (typeof value === "string") return JSON.stringify(value.slice(0, 40));
+  if (value === null || value === undefined) return String(value);
   return typeof value === "object" ? tag(value) : typeof value;
 }
 
@@ -101,10 +105,65 @@ export function mask(name: string, value: unknown): Mask {
   return { data, ...size(name, value) };
 }
 
+/** An image whose size is valid and whose buffer has the length that the size implies. */
+export function wholeImage(name: string, value: unknown): ImageInput {
+  return sized(name, image(name, value), 4);
+}
+
+/** `value` if its size is valid and its buffer has the length that the size implies. */
+export function sized<T extends Size & { readonly data: ArrayLike<number> }>(
+  name: string,
+  value: T,
+  channels: number,
+): T {
+  positive(`${name}.width`, value.width);
+  positive(`${name}.height`, value.height);
+  const expected = channels * value.width * value.height;
+  const actual = value.data.length;
+  if (actual === expected) return value;
+  const message = `${name}.data has ${actual} values, its size implies ${expected}`;
+  const details = { expected, actual };
+  throw new StitchError({ code: "size-mismatch", stage: "input", message, details });
+}
+
+/** An integer of at least 1. */
+export function positive(name: string, value: unknown): number {
+  return integer(name, value, 1);
+}
+
+/** An integer of at least 0. */
+export function count(name: string, value: unknown): number {
+  return integer(name, value, 0);
+}
+
+function integer(name: string, value: unknown, least: number): number {
+  if (typeof value === "number" && Number.isInteger(value) && value >= least) return value;
+  const [got, details] = typeof value === "number" ? [value, { value }] : [describe(value), {}];
+  throw invalid(`${name} must be an integer of at least ${least}, got ${got}`, details);
+}
+
+/** A rectangle that lies within an image. */
+export function rectWithin(value: unknown, { width, height }: Size): Rect {
+  const given = object("rect", value);
+  const rect = {
+    x: count("rect.x", given.x),
+    y: count("rect.y", given.y),
+    width: positive("rect.width", given.width),
+    height: positive("rect.height", given.height),
+  };
+  for (const [name, end, limit] of [
+    ["rect.x + rect.width", rect.x + rect.width, width],
+    ["rect.y + rect.height", rect.y + rect.height, height],
+  ] as const) {
+    if (end > limit) throw invalid(`${name} must be at most ${limit}, got ${end}`, { value: end });
+  }
+  return rect;
+}
+
 function depth(name: string, value: unknown): DepthInput {
   const { data, kind, invalid: hole } = object(name, value);
   if (kind !== "inverse" && kind !== "metric") {
-    throw invalid(`${name}.kind must be "inverse" or "metric", got ${String(kind)}`);
+    throw invalid(`${name}.kind must be "inverse" or "metric", got ${describe(kind)}`);
   }
   return {
     data: view(`${name}.data`, data, "Float32Array", "Uint16Array", "Uint8Array"),
@@ -114,15 +173,17 @@ function depth(name: string, value: unknown): DepthInput {
   };
 }
 
-/** Those of the two depth maps that are there. */
+/** The depth maps that are given; null stands for none. */
 export function depths(value: Depths): Depths {
   const { targetDepth, referenceDepth } = value;
   return {
-    ...(targetDepth !== undefined && { targetDepth: depth("targetDepth", targetDepth) }),
-    ...(referenceDepth !== undefined && {
-      referenceDepth: depth("referenceDepth", referenceDepth),
-    }),
+    ...(isGiven(targetDepth) && { targetDepth: depth("targetDepth", targetDepth) }),
+    ...(isGiven(referenceDepth) && { referenceDepth: depth("referenceDepth", referenceDepth) }),
   };
+}
+
+function isGiven(value: unknown): boolean {
+  return value !== undefined && value !== null;
 }
 
 export function features(name: string, value: unknown): Features {
@@ -169,14 +230,14 @@ export function warped(value: Warped): Warped {
   };
 }
 
-/** What an options object holds beside the core's own settings. */
+/** Properties of options objects that are not options of the algorithm. */
 const notSettings = new Set(
-  "matches targetDepth referenceDepth outputDepth trusted onProgress signal worker transfer".split(
+  "matches targetDepth referenceDepth outputDepth reliable onProgress signal worker transfer".split(
     " ",
   ),
 );
 
-/** The core's settings among `options`. */
+/** The options of the algorithm among `options`. */
 export function settings(options: object): Partial<Options> {
   const set = Object.entries(object("options", options)).filter(
     ([name, value]) => value !== undefined && !notSettings.has(name),
@@ -189,17 +250,17 @@ export function settings(options: object): Partial<Options> {
   return Object.fromEntries(set);
 }
 
-/** What `stitch` takes besides the photos. */
+/** The inputs of `stitch` besides the images. */
 export function stitchInputs(value: StitchInputs): StitchInputs {
   const { outputDepth = false } = value;
   return {
-    ...(value.matches !== undefined && { matches: matches(value.matches) }),
+    ...(isGiven(value.matches) && { matches: matches(value.matches) }),
     ...depths(value),
     outputDepth: boolean("outputDepth", outputDepth),
   };
 }
 
-/** How to run a call. */
+/** The options of how to run a call. */
 export function callOptions(options: CallOptions): CallOptions {
   const { onProgress, signal, worker = true, transfer = false } = object("options", options);
   if (onProgress !== undefined && typeof onProgress !== "function") {

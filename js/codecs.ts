@@ -1,6 +1,6 @@
 /**
- * PNG (8 and 16 bit) and JPEG files to pictures and back: a wasm module of its own, loaded by the first call. For Node, and
- * for what a browser's own decoders lose (16 bit, EXIF orientation). Work is done on the calling thread.
+ * Decodes and encodes PNG (8 and 16 bit) and JPEG files, in a separate wasm module that the first call loads. Use it in
+ * Node, and in browsers for 16-bit PNG, which canvases reduce to 8 bits. It runs on the calling thread.
  */
 import * as check from "./check.js";
 import { instance } from "./instance.js";
@@ -11,17 +11,17 @@ import * as glue from "./wasm/codecs.js";
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
 export type { ImageInput, ImageOutput, WasmSource } from "./types.js";
 
-/** Larger pictures are refused before they are decoded, unless the caller says otherwise. */
+/** Default limit of the number of pixels; larger images are rejected before they are decoded. */
 export const MAX_PIXELS = 100_000_000;
 
-/** One channel as it is in the file: a depth map lacks only its `kind`, and perhaps `invalid`, to be a `DepthInput`. */
+/** One channel as stored in the file. Add `kind` (and `invalid`) to make it a `DepthInput`. */
 export interface DepthMap {
   data: Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer>;
   width: number;
   height: number;
 }
 
-/** One byte per pixel. */
+/** A grayscale image, one byte per pixel. */
 export interface GrayInput {
   readonly data: Uint8Array | Uint8ClampedArray;
   readonly width: number;
@@ -31,13 +31,13 @@ export interface GrayInput {
 const codecs = instance(glue);
 const compile = compiler(new URL("./wasm/codecs_bg.wasm", import.meta.url));
 
-/** Loads the codecs ahead of the first call, from `source` if your bundler cannot find `depthstitch/codecs.wasm`. */
+/** Loads the codecs before the first call, from `source` if your bundler does not find `depthstitch/codecs.wasm`. */
 export async function init(source?: WasmSource): Promise<void> {
   await codecs.start(await compile(source));
 }
 
 /**
- * Decodes a PNG or JPEG, turned upright by its EXIF orientation.
+ * Decodes a PNG or JPEG and applies its EXIF orientation.
  *
  * @throws {StitchError} `decode-failed`, `too-large` above `maxPixels`, `out-of-memory`, `invalid-argument`.
  */
@@ -51,7 +51,7 @@ export async function decodeImage(
 }
 
 /**
- * Decodes one channel of a PNG or JPEG, 8 or 16 bit as in the file; colour becomes luma.
+ * Decodes a PNG or JPEG as one channel of 8 or 16 bits, as stored; colours are converted to luma.
  *
  * @throws {StitchError} `decode-failed`, `too-large` above `maxPixels`, `out-of-memory`, `invalid-argument`.
  */
@@ -64,26 +64,26 @@ export async function decodeDepth(
   return codecs.call((raw) => raw.decodeDepth(file, maxPixels));
 }
 
-/** Encodes a picture as PNG, alpha kept. */
+/** Encodes an image as PNG with alpha. */
 export async function encodePng(image: ImageInput): Promise<Uint8Array<ArrayBuffer>> {
-  const picture = check.image("image", image);
+  const input = check.image("image", image);
   await init();
-  return codecs.call((raw) => raw.encodePng(picture));
+  return codecs.call((raw) => raw.encodePng(input));
 }
 
-/** Encodes a mask, or another picture of one byte per pixel, as a gray PNG. */
+/** Encodes a mask or another single-channel image as a grayscale PNG. */
 export async function encodeGrayPng(mask: GrayInput): Promise<Uint8Array<ArrayBuffer>> {
-  const picture = check.image("mask", mask);
+  const input = check.image("mask", mask);
   await init();
-  return codecs.call((raw) => raw.encodeGrayPng(picture));
+  return codecs.call((raw) => raw.encodeGrayPng(input));
 }
 
-/** Encodes a picture as JPEG of quality 1 to 100, laid over black where it is transparent. */
+/** Encodes an image as JPEG with a quality from 1 to 100; transparent pixels become black. */
 export async function encodeJpeg(
   image: ImageInput,
   quality: number = 90,
 ): Promise<Uint8Array<ArrayBuffer>> {
-  const picture = check.image("image", image);
+  const input = check.image("image", image);
   await init();
-  return codecs.call((raw) => raw.encodeJpeg(picture, quality));
+  return codecs.call((raw) => raw.encodeJpeg(input, quality));
 }

@@ -6,12 +6,12 @@ import * as glue from "./wasm/depthstitch.js";
 /** The core on this thread. */
 export const core = instance(glue);
 
-/** Makes the call on the core, which has been started. An exception of `onProgress` stops the call and is thrown on. */
+/** Runs a call on the core, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
 export function run(call: Call, onProgress: (progress: Progress) => void): Result {
   let last: Progress = { stage: "input", fraction: -1 };
   let thrown: { error: unknown } | undefined;
   const report: Report = (stage, fraction) => {
-    // The core reports as often as it can; a hundred times per stage is enough.
+    // The core reports often; a hundred times per stage is enough.
     if (stage === last.stage && fraction < 1 && fraction - last.fraction < 0.01) return true;
     last = { stage, fraction };
     try {
@@ -28,7 +28,7 @@ export function run(call: Call, onProgress: (progress: Progress) => void): Resul
   }
 }
 
-/** Hears of progress; `false` stops the core. */
+/** Receives progress; returning `false` stops the core. */
 type Report = (stage: Stage, fraction: number) => boolean;
 
 function invoke(raw: typeof glue, call: Call, report: Report): Result {

@@ -1,6 +1,6 @@
 import type { Stage } from "./wasm/types.js";
 
-/** What went wrong. Stable: programs may switch on it. */
+/** What went wrong. The codes are stable. */
 export type ErrorCode =
   | "invalid-argument"
   | "size-mismatch"
@@ -12,29 +12,29 @@ export type ErrorCode =
   | "out-of-memory"
   | "decode-failed"
   | "model-load-failed"
-  /** One of the package's own files, the wasm module or the worker, could not be loaded. */
+  /** The wasm module or the worker could not be loaded. */
   | "load-failed"
-  /** A bug in depthstitch, never in the input. The next call starts from a fresh core. */
+  /** A bug in depthstitch. The next call starts with a fresh instance of the core. */
   | "internal"
   | "aborted";
 
-/** Where: a stage of the pipeline, or one of the helpers around it. */
+/** Where it went wrong: in a stage of the pipeline, or in loading code or a network. */
 export type ErrorStage = Stage | "codecs" | "load" | "model";
 
-/** The parts of a {@link StitchError} that survive a trip between threads. */
+/** The parts of a {@link StitchError} that can be sent between threads. */
 export interface ErrorRecord {
   code: ErrorCode;
   stage: ErrorStage;
   message: string;
-  /** The numbers behind the error, by name: how many matches, how many inliers, how many bytes. */
+  /** The numbers that caused the error, by name, such as counts of matches or bytes. */
   details: Record<string, number>;
 }
 
-/** Every error of this package. An aborted call rejects with one whose `name` is `"AbortError"`, as `fetch` does. */
+/** The error type of this package. As with `fetch`, aborted calls reject with an error named `"AbortError"`. */
 export class StitchError extends Error {
   readonly code: ErrorCode;
   readonly stage: ErrorStage;
-  /** The numbers behind the error, by name: how many matches, how many inliers, how many bytes. */
+  /** The numbers that caused the error, by name, such as counts of matches or bytes. */
   readonly details: Readonly<Record<string, number>>;
 
   constructor({ code, stage, message, details }: ErrorRecord, options?: ErrorOptions) {
@@ -51,17 +51,18 @@ export function abortError(signal: AbortSignal): StitchError {
   const record: ErrorRecord = {
     code: "aborted",
     stage: "input",
-    message: "stopped by the caller",
+    message: "aborted by the caller",
     details: {},
   };
   return new StitchError(record, { cause: signal.reason });
 }
 
+/** An `invalid-argument` error. */
 export function invalid(message: string, details: Record<string, number> = {}): StitchError {
   return new StitchError({ code: "invalid-argument", stage: "input", message, details });
 }
 
-/** Whether `value` is an error as the wasm modules throw them: an `Error` with `code`, `stage` and `details`. */
+/** Whether `value` is an error thrown by the wasm modules: an `Error` with `code`, `stage` and `details`. */
 export function isErrorRecord(value: unknown): value is Error & ErrorRecord {
   return value instanceof Error && "code" in value && "stage" in value && "details" in value;
 }

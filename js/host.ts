@@ -1,14 +1,14 @@
-// One worker, one call at a time, first come first served: two calls at once would need twice the memory.
-// Aborting a running call ends the worker, as nothing else can stop wasm; the next call starts a new one.
+// One worker that runs one call at a time, in order: two concurrent calls would need twice the memory. Aborting a running
+// call terminates the worker, as nothing else can stop wasm; the next call starts a new one.
 import { spawn, type Port } from "#platform";
 import type { Call, Result } from "./calls.js";
 import { abortError, StitchError } from "./errors.js";
 import type { CallOptions } from "./types.js";
 import { loadError } from "./load.js";
-import { buffersOf } from "./own.js";
+import { buffersOf } from "./transfer.js";
 import type { Reply } from "./worker/serve.js";
 
-/** An idle worker ends after this many milliseconds, which gives its memory back. */
+/** Milliseconds after which an idle worker is terminated, which releases its memory. */
 const IDLE_MS = 10_000;
 
 interface Job {
@@ -23,7 +23,7 @@ let active: Job | undefined;
 let port: Port | undefined;
 let idle: ReturnType<typeof setTimeout> | undefined;
 
-/** Makes the call in the worker. The buffers in `call` are transferred: they must be the host's own. */
+/** Runs the call in the worker. The buffers in `call` are transferred. */
 export function runInWorker(
   call: Call,
   compile: () => Promise<WebAssembly.Module>,
@@ -67,7 +67,7 @@ async function next(): Promise<void> {
   }
 }
 
-/** Ends a call, running or waiting, with its result or its error. */
+/** Settles a call, running or queued, with its result or error. */
 function finish(job: Job, outcome: Result | Error): void {
   if (active === job) {
     active = undefined;
@@ -82,15 +82,15 @@ function finish(job: Job, outcome: Result | Error): void {
   void next();
 }
 
-/** Whether the worker is as good as new after this error: one of the input, not of the worker. */
+/** Whether the worker is still usable after this error. */
 function reusable(error: Error): boolean {
-  const spoilt = ["aborted", "internal", "load-failed", "out-of-memory"];
-  return error instanceof StitchError && !spoilt.includes(error.code);
+  const fatal = ["aborted", "internal", "load-failed", "out-of-memory"];
+  return error instanceof StitchError && !fatal.includes(error.code);
 }
 
 function start(): Port {
   let ready = false;
-  // A worker that has been replaced may still have messages under way.
+  // A worker that has been replaced may still send messages.
   const started: Port = spawn(
     (reply) => {
       if ("ready" in reply) ready = true;
@@ -100,7 +100,7 @@ function start(): Port {
       if (port !== started) return;
       port = undefined;
       if (active)
-        finish(active, ready ? death(cause) : loadError("could not start the worker", cause));
+        finish(active, ready ? terminated(cause) : loadError("could not start the worker", cause));
     },
   );
   return started;
@@ -118,18 +118,18 @@ function receive(job: Job, reply: Exclude<Reply, { ready: true }>): void {
   }
 }
 
-/** The error of a call whose worker ended under it. */
-function death(cause: Error): StitchError {
+/** The error of a call whose worker terminated. */
+function terminated(cause: Error): StitchError {
   const code =
     "code" in cause && cause.code === "ERR_WORKER_OUT_OF_MEMORY" ? "out-of-memory" : "internal";
-  const message = `the worker ended unexpectedly: ${cause.message}`;
+  const message = `the worker terminated unexpectedly: ${cause.message}`;
   return new StitchError({ code, stage: "input", message, details: {} }, { cause });
 }
 
 function rest(): void {
   port?.busy(false);
   idle = setTimeout(stop, IDLE_MS);
-  // Node's timers keep the program alive unless told not to; a browser's are numbers.
+  // In Node a pending timer would keep the process alive; in browsers it is a number.
   if (typeof idle === "object") idle.unref();
 }
 

@@ -1,8 +1,9 @@
 /**
- * Stitches two photos of one scene taken from two places, using depth.
+ * Stitches two photos of a scene taken from two positions, using depth.
  *
- * Pixel centres are whole numbers, origin top left, x right, y down. `target` moves, `reference` stays. Work is done in a
- * worker unless `worker: false`; calls wait for each other, as each needs much memory. All errors are {@link StitchError}s.
+ * Pixel centres are integers, the origin is at the top left, x points right, y points down. `target` is warped onto
+ * `reference`. Calls run in a worker unless `worker: false`, one at a time to limit memory. All errors are
+ * {@link StitchError}s.
  */
 import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
@@ -10,7 +11,7 @@ import { core, run } from "./core.js";
 import { abortError, invalid, type StitchError } from "./errors.js";
 import { runInWorker } from "./host.js";
 import { compiler } from "./load.js";
-import { own } from "./own.js";
+import { ownedCopy } from "./transfer.js";
 import type {
   Alignment,
   BlendOptions,
@@ -44,15 +45,17 @@ export type * from "./types.js";
 const compile = compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url));
 
 /**
- * Loads the core ahead of the first call. Never needed, unless your bundler cannot find the wasm file by itself: then
- * pass where it is (`depthstitch/depthstitch.wasm`) before anything else is called.
+ * Loads the core before the first call. This is required only if your bundler does not find the wasm file: then pass its
+ * URL (`depthstitch/depthstitch.wasm`) before calling anything else.
+ *
+ * @throws {StitchError} `load-failed`.
  */
 export async function init(source?: WasmSource): Promise<void> {
   await compile(source);
 }
 
 /**
- * The whole way: estimate, warp, blend, fill, measure.
+ * Stitches two images: estimates the geometry and depth, warps, blends, fills and measures.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
  * `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
@@ -69,7 +72,7 @@ export async function stitch(
 }
 
 /**
- * Finds SIFT features (Lowe 2004), strongest first. A photo without texture has none, which is no error.
+ * Detects SIFT features (Lowe 2004), strongest first. For an image without texture the result is empty.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
  */
@@ -78,7 +81,7 @@ export async function detect(image: ImageInput, options: MatchOptions = {}): Pro
 }
 
 /**
- * Matches the features of two photos by their descriptors: nearest neighbours, the ratio test, both ways.
+ * Matches the features of two images by their descriptors: nearest neighbour, ratio test, cross-check.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
  */
@@ -92,7 +95,7 @@ export async function match(
 }
 
 /**
- * Finds the features of two photos and matches them.
+ * Detects the features of two images and matches them.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
  */
@@ -106,7 +109,7 @@ export async function matchImages(
 }
 
 /**
- * Fits both models to the matches. Needs no pixels.
+ * Estimates both models from matches, without the images.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
  * `too-large`, `out-of-memory`, `aborted`.
@@ -119,8 +122,8 @@ export async function estimate(
 }
 
 /**
- * The first half of `stitch`: matches, models and the inverse depth that goes with them. Pass its result to `warp` as
- * geometry, and its depth maps as options.
+ * The first half of `stitch`: matches, models and inverse depth. Pass the result to `warp` as geometry, and its depth
+ * maps and `voidDistance` as options.
  *
  * @throws {StitchError} as `stitch`.
  */
@@ -134,7 +137,7 @@ export async function align(
 }
 
 /**
- * Draws the target as the reference's camera would see it.
+ * Renders the target as seen by the reference's camera.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
  */
@@ -151,7 +154,7 @@ export async function warp(
 }
 
 /**
- * Puts warped target and reference together.
+ * Composites warped target and reference: exposure compensation, seam, blending.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
  */
@@ -160,28 +163,32 @@ export async function blend(
   reference: ImageInput,
   options: BlendOptions = {},
 ): Promise<Mosaic> {
-  const { trusted } = options;
-  const inputs = trusted ? { trusted: check.mask("trusted", trusted) } : {};
+  const { reliable } = options;
+  const inputs = reliable ? { reliable: check.mask("reliable", reliable) } : {};
   const images = [check.warped(warped), check.image("reference", reference)] as const;
   return call("blend", [...images, inputs, check.settings(options)], options);
 }
 
-/** The part of a picture in a rectangle, such as one of the result's `crop`. */
-export function crop({ data, width, height }: ImageOutput, rect: Rect): ImageOutput {
-  const { x, y } = rect;
-  const inside = x >= 0 && y >= 0 && x + rect.width <= width && y + rect.height <= height;
-  if (!inside || !(rect.width > 0 && rect.height > 0))
-    throw invalid(`rect must lie within the picture of ${width}×${height} pixels`);
-  const part = new Uint8ClampedArray(4 * rect.width * rect.height);
-  for (let row = 0; row < rect.height; row++) {
+/**
+ * Cuts a rectangle out of an image, for example one of those in a result's `crop`.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`.
+ */
+export function crop(image: ImageInput, rect: Rect): ImageOutput {
+  const { data, width, height } = check.wholeImage("image", image);
+  const { x, y, ...size } = check.rectWithin(rect, { width, height });
+  const part = new Uint8ClampedArray(4 * size.width * size.height);
+  for (let row = 0; row < size.height; row++) {
     const from = 4 * ((y + row) * width + x);
-    part.set(data.subarray(from, from + 4 * rect.width), 4 * rect.width * row);
+    part.set(data.subarray(from, from + 4 * size.width), 4 * size.width * row);
   }
-  return { data: part, width: rect.width, height: rect.height };
+  return { data: part, ...size };
 }
 
 /**
- * Fills the mosaic's inner voids from their borders. The option `fill` plays no part: to call is to ask for it.
+ * Fills the voids of a mosaic as the option `fill` says: `"exemplar"` (PatchMatch; thin gaps by coherence transport) or
+ * `"smooth"` (coherence transport). With `"none"` it fills as with `"exemplar"`. Unlike `stitch` it knows no depth, so
+ * patches may come from the foreground.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
  */
@@ -195,7 +202,7 @@ export async function fill(
 }
 
 /**
- * Compares warped target and reference where they overlap.
+ * Measures how well warped target and reference agree in the overlap.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `out-of-memory`, `aborted`.
  */
@@ -207,7 +214,7 @@ export async function measure(
   return call("measure", [check.warped(warped), check.image("reference", reference)], options);
 }
 
-/** A fresh object with the default of every setting in a mode, from the core itself. */
+/** The default values of all options in a mode. */
 export async function defaultOptions(mode: Options["mode"] = "default"): Promise<Options> {
   await core.start(await compile());
   return core.call((raw) => raw.defaultOptions(mode));
@@ -227,7 +234,7 @@ async function call<N extends CallName>(
   const { worker = true, transfer = false, onProgress, signal } = check.callOptions(options);
   if (signal?.aborted) throw abortError(signal);
   const request = { name, args } as Call;
-  if (worker) return runInWorker(own(request, transfer), compile, options);
+  if (worker) return runInWorker(ownedCopy(request, transfer), compile, options);
 
   await core.start(await compile());
   const stopIfAborted = () => {

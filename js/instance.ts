@@ -1,15 +1,15 @@
 import { type ErrorRecord, isErrorRecord, StitchError } from "./errors.js";
 
-/** The functions that every module of wasm-bindgen has. */
+/** The functions that every module of wasm-bindgen exports. */
 interface Glue {
   default(input: { module_or_path: WebAssembly.Module }): Promise<unknown>;
   __wbg_reset_state(): void;
 }
 
-/** A module of wasm-bindgen on this thread, started once and started afresh after a call that broke it. */
+/** A wasm-bindgen module on this thread. It is instantiated once, and again after a call that trapped. */
 export interface Instance<G> {
   start(module: WebAssembly.Module): Promise<void>;
-  /** Calls into the started module; whatever goes wrong comes out as a {@link StitchError}. */
+  /** Calls into the module. All exceptions are thrown as a {@link StitchError}. */
   call<T>(work: (glue: G) => T): T;
 }
 
@@ -33,8 +33,8 @@ export function instance<G extends Glue>(glue: G): Instance<G> {
         broken = false;
         return work(glue);
       } catch (cause) {
-        // A typed error went through Rust's own returns. After anything else (a trap, an exception that crossed
-        // Rust's frames) memory and stack of the instance are in an unknown state.
+        // Typed errors are returned by Rust. After anything else (a trap, an exception that unwound Rust frames) the memory
+        // and stack of the instance are in an undefined state.
         broken = !isErrorRecord(cause);
         throw new StitchError(recordOf(cause), { cause });
       }
@@ -42,7 +42,7 @@ export function instance<G extends Glue>(glue: G): Instance<G> {
   };
 }
 
-/** What to tell of anything that was thrown. */
+/** Anything thrown as a record. */
 export function recordOf(cause: unknown): ErrorRecord {
   if (isErrorRecord(cause)) {
     return {
@@ -53,12 +53,12 @@ export function recordOf(cause: unknown): ErrorRecord {
     };
   }
   const reason = cause instanceof Error ? cause.message : String(cause);
-  // The engine refuses memory with a range error; the core's own refusals are typed.
-  const refused = cause instanceof RangeError && /memory|alloc/i.test(reason);
+  // Engines report failed memory growth as a RangeError; allocation failures in the core are typed errors.
+  const isMemory = cause instanceof RangeError && /memory|alloc/i.test(reason);
   return {
-    code: refused ? "out-of-memory" : "internal",
+    code: isMemory ? "out-of-memory" : "internal",
     stage: "input",
-    message: `the core stopped unexpectedly: ${reason}`,
+    message: `the core failed unexpectedly: ${reason}`,
     details: {},
   };
 }

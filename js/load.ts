@@ -2,9 +2,10 @@ import { compile } from "#platform";
 import { StitchError } from "./errors.js";
 import type { WasmSource } from "./types.js";
 
-/** Compiles a wasm file. The first call decides from where; later ones get the same module, unless it failed. */
+/** Compiles a wasm file. The first successful call determines the source; later calls return the same module. */
 export type Compile = (source?: WasmSource) => Promise<WebAssembly.Module>;
 
+/** Compiles the wasm file at `url`, unless another source is given. */
 export function compiler(url: URL): Compile {
   let module: Promise<WebAssembly.Module> | undefined;
   return (source = url) => {
@@ -16,6 +17,7 @@ export function compiler(url: URL): Compile {
   };
 }
 
+/** A `load-failed` error. */
 export function loadError(message: string, cause: unknown): StitchError {
   const reason = cause instanceof Error ? `: ${cause.message}` : "";
   return new StitchError(

@@ -20,54 +20,60 @@ export type {
   Options,
   Quality,
   Rect,
-  Remark,
   Size,
   Stage,
   StitchInputs,
   StitchResult,
+  Warning,
   Warped,
 } from "./wasm/types.js";
 
-/** Where a wasm file is, for bundlers that cannot say: its address, or its bytes. */
+/** A wasm file, for bundlers that do not find it by themselves: its URL or its bytes. */
 export type WasmSource = string | URL | ArrayBuffer | Uint8Array<ArrayBuffer>;
 
-/** How far a call has come. */
+/** Progress of a call. */
 export interface Progress {
   stage: Stage;
-  /** How much of the stage is done, 0 to 1. */
+  /** Completed fraction of the stage, 0 to 1. */
   fraction: number;
 }
 
-/** How a call runs, not what it computes. */
+/** Options of how a call is run; they do not change its result. */
 export interface CallOptions {
-  /** Called as the work goes on. An exception thrown here stops the work and rejects the call. */
+  /** Called as work progresses. An exception thrown here stops the work and rejects the call. */
   onProgress?: ((progress: Progress) => void) | undefined;
   /**
-   * Stops the work. The call rejects at once with a `StitchError` named `"AbortError"`. With `worker: false` it is
-   * looked at before the work and whenever progress is reported.
+   * Aborts the call, which rejects at once with a `StitchError` named `"AbortError"`. With `worker: false` the signal is
+   * checked before the work starts and whenever progress is reported.
    */
   signal?: AbortSignal | undefined;
   /**
-   * Whether to work in a worker thread (the default) or on the calling one, which then reads the inputs where they are:
-   * they must not change until the call is done.
+   * Whether to run in a worker thread (the default) or on the calling thread. On the calling thread inputs are not
+   * copied: they must not be modified until the call has settled.
    */
   worker?: boolean | undefined;
   /**
-   * Whether the worker may take the inputs' buffers instead of copying them (default `false`). The caller's arrays are
-   * empty afterwards. An array that covers only a part of its buffer is copied all the same.
+   * Whether to transfer the buffers of the inputs to the worker instead of copying them (default `false`). The caller's
+   * arrays are empty afterwards. Arrays that are views of a part of a buffer are always copied.
    */
   transfer?: boolean | undefined;
 }
 
-/** The core's settings, each optional. */
+/** All options of the algorithm, each optional. */
 export type Settings = { [K in keyof Options]?: Options[K] | undefined };
 
+/** Options of `stitch` and `align`. */
 export interface StitchOptions extends Settings, StitchInputs, CallOptions {}
+/** Options of `detect`, `match` and `matchImages`. */
 export interface MatchOptions extends Settings, CallOptions {}
+/** Options of `estimate`. */
 export interface EstimateOptions extends Settings, CallOptions {}
+/** Options of `warp`. */
 export interface WarpOptions extends Settings, Depths, CallOptions {}
+/** Options of `blend`. */
 export interface BlendOptions extends Settings, CallOptions {
-  /** Reference pixels whose alignment is believed: the seam keeps away from elsewhere. */
-  readonly trusted?: Mask | null | undefined;
+  /** Reference pixels whose alignment is reliable. The seam avoids all others. */
+  readonly reliable?: Mask | null | undefined;
 }
+/** Options of `fill`. */
 export interface FillOptions extends Settings, CallOptions {}

@@ -9,7 +9,7 @@ impl fmt::Display for Decimal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Decimal(value, digits) = *self;
         if value.is_nan() {
-            return f.write_str("no number");
+            return f.write_str("NaN");
         }
         if value.is_infinite() {
             return f.write_str(if value > 0.0 { "infinity" } else { "-infinity" });
@@ -43,7 +43,7 @@ mod tests {
         assert_eq!(shown(12.0456, 2), "12.05");
         assert_eq!(shown(0.999, 2), "1");
         assert_eq!(shown(-0.001, 1), "0");
-        assert_eq!(shown(f64::NAN, 1), "no number");
+        assert_eq!(shown(f64::NAN, 1), "NaN");
         assert_eq!(shown(f64::NEG_INFINITY, 1), "-infinity");
         assert_eq!(shown(4_294_967_296.0, 3), "4294967296");
     }

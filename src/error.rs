@@ -64,8 +64,18 @@ pub enum Error {
         name: &'static str,
         /// What would have been accepted.
         expected: &'static str,
-        /// What was passed (NaN when it was no number).
+        /// What was passed.
         value: f64,
+    },
+    /// An option or value of the wrong type, or a word that is not among the choices.
+    #[error("{name} must be {expected}, got {got}")]
+    WrongType {
+        /// The option or argument, as JavaScript spells it.
+        name: &'static str,
+        /// What would have been accepted.
+        expected: &'static str,
+        /// What was passed, described in a word or quoted.
+        got: String,
     },
     /// An option that does not exist.
     #[error("there is no option {name}")]
@@ -157,7 +167,7 @@ impl Error {
     /// The stable code, the same in Rust and JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
-            Error::InvalidArgument { .. } | Error::UnknownOption { .. } => "invalid-argument",
+            Error::InvalidArgument { .. } | Error::WrongType { .. } | Error::UnknownOption { .. } => "invalid-argument",
             Error::SizeMismatch { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
@@ -188,7 +198,7 @@ impl Error {
             }
             Error::OutOfMemory { bytes } => &[("bytes", bytes as f64)],
             Error::DecodeFailed { bytes, .. } => &[("bytes", bytes as f64)],
-            Error::UnknownOption { .. } | Error::Aborted => &[],
+            Error::WrongType { .. } | Error::UnknownOption { .. } | Error::Aborted => &[],
         };
         numbers.to_vec()
     }

@@ -4,9 +4,9 @@ import { join } from "node:path";
 import { defineConfig, transformWithOxc, type Plugin } from "vite";
 
 /**
- * What the built page may do: run its own scripts and WebAssembly, and nothing from anywhere else. Data may come from
- * other hosts, for a network that the user asks for; nothing else fetches any. The development server injects inline
- * styles, so the policy is part of the build only.
+ * The content security policy of the built page: scripts and WebAssembly of its own only. Other hosts may be connected
+ * to for networks that the user requests. The development server injects inline styles, so the policy is part of the
+ * build only.
  */
 const policy = [
   "default-src 'none'",
@@ -31,17 +31,17 @@ const contentSecurityPolicy: Plugin = {
   ],
 };
 
-/** What only a network needs is large: it is kept when it is first used, not ahead. */
-const keptOnUse = /\bort[.-]|transformers/;
+/** Files that only networks need are large, so they are cached on first use. */
+const cachedOnUse = /\bort[.-]|transformers/;
 
-/** Writes the service worker, which knows by name what to keep. */
+/** Writes the service worker with the names of the files to cache. */
 const serviceWorker: Plugin = {
   name: "service-worker",
   apply: "build",
   enforce: "post",
   async generateBundle(_, bundle) {
     const files = Object.keys(bundle).filter(
-      (name) => !keptOnUse.test(name) && !/\.map$/.test(name),
+      (name) => !cachedOnUse.test(name) && !/\.map$/.test(name),
     );
     const hash = createHash("sha256");
     for (const name of files.sort()) {
@@ -69,7 +69,7 @@ export default defineConfig({
   base: "./",
   plugins: [contentSecurityPolicy, serviceWorker],
   worker: { format: "es" },
-  // The networks' libraries find their own wasm beside their scripts, which pre-bundling would move.
+  // These libraries look for their wasm next to their scripts, which pre-bundling would move.
   optimizeDeps: {
     exclude: ["onnxruntime-web", "@huggingface/transformers"],
     include: ["exifr/dist/mini.esm.mjs"],

@@ -2,28 +2,23 @@ import { join, normalize, basename } from "node:path";
 
 import { decodeDepth, decodeImage } from "../codecs.js";
 import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
-import {
-  parseDescription,
-  type CaseDescription,
-  type DepthFormat,
-  type TrueMap,
-} from "./description.js";
+import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
 import { FileError } from "./errors.js";
 import { readBytes, readText } from "./files.js";
-import { parseMatches } from "./matches.js";
+import { parseMatches } from "./matches-file.js";
 import { parseNpy, type NumericArray } from "./npy.js";
 
-/** The files of a pair of photos. */
+/** The files of a pair of images. */
 export interface PairFiles {
   readonly target: string;
   readonly reference: string;
-  /** Null: features are detected and matched. */
+  /** Null to detect and match features. */
   readonly matches: string | null;
-  /** The depth maps there are and how to read them, or null for a pair without depth. */
+  /** The depth maps and their format, or null for a pair without depth. */
   readonly depth: DepthFiles | null;
 }
 
-/** Depth maps of one photo or of both. */
+/** Depth maps of one or both images. */
 export interface DepthFiles extends DepthFormat {
   readonly target: string | null;
   readonly reference: string | null;
@@ -34,27 +29,27 @@ export interface Pair {
   readonly target: ImageOutput;
   readonly reference: ImageOutput;
   readonly matches: Float32Array | undefined;
-  /** Values already scaled, holes NaN: the geometry's d is in this unit. */
+  /** Scaled values, NaN where unknown. Models refer to depth in this unit. */
   readonly targetDepth: DepthInput | undefined;
   readonly referenceDepth: DepthInput | undefined;
 }
 
-/** What is known of the true geometry. */
+/** The true geometry of a case. */
 export interface Truth extends TrueMap {
-  /** The true inverse depth of the target, where it is not the depth given. */
+  /** The true inverse depth of the target, unless the depth map of the case is exact. */
   readonly inverseDepth: NumericArray | undefined;
 }
 
-/** A pair from a case folder. */
+/** A decoded case. */
 export interface Case extends Pair {
   readonly name: string;
   readonly truth: Truth | undefined;
 }
 
-/** The file that describes a case. */
+/** Name of the file that describes a case. */
 export const CASE_FILE = "case.json";
 
-/** Reads and decodes a pair. Photos keep 8 bits, depth maps their 8 or 16. */
+/** Reads and decodes a pair. @throws {FileError} */
 export async function loadPair(files: PairFiles): Promise<Pair> {
   const { depth } = files;
   const [target, reference, matches, targetDepth, referenceDepth] = await Promise.all([
@@ -67,12 +62,12 @@ export async function loadPair(files: PairFiles): Promise<Pair> {
   return { target, reference, matches, targetDepth, referenceDepth };
 }
 
-/** The files that the case in `folder` names. */
+/** The files of the case in `folder`. @throws {FileError} */
 export async function caseFiles(folder: string): Promise<PairFiles> {
   return inFolder(folder, await describe(folder));
 }
 
-/** Reads and decodes the case in `folder`, its truth included. */
+/** Reads and decodes the case in `folder`, including its true geometry. @throws {FileError} */
 export async function loadCase(folder: string): Promise<Case> {
   const description = await describe(folder);
   const { truth } = description;
@@ -88,18 +83,18 @@ export async function loadCase(folder: string): Promise<Case> {
   };
 }
 
-/** Reads and decodes a photo. */
+/** Reads and decodes an image. */
 export async function loadImage(path: string): Promise<ImageOutput> {
   const bytes = await readBytes(path);
   return decoding(path, () => decodeImage(bytes));
 }
 
-/** Reads the matches of a CSV file. */
+/** Reads matches from a CSV file. */
 export async function loadMatches(path: string): Promise<Float32Array> {
   return parseMatches(await readText(path), path);
 }
 
-/** Reads a depth map, marks its holes with NaN and scales the other values. */
+/** Reads a depth map, scales its values and sets unknown ones to NaN. */
 export async function loadDepth(path: string, format: DepthFormat): Promise<DepthInput> {
   const bytes = await readBytes(path);
   const { data, width, height } = await decoding(path, () => decodeDepth(bytes));
@@ -111,7 +106,7 @@ export async function loadDepth(path: string, format: DepthFormat): Promise<Dept
 
 async function describe(folder: string): Promise<CaseDescription> {
   const path = join(folder, CASE_FILE);
-  return parseDescription(await readText(path), path);
+  return parseCase(await readText(path), path);
 }
 
 function inFolder(folder: string, description: PairFiles): PairFiles {
@@ -129,7 +124,7 @@ function inFolder(folder: string, description: PairFiles): PairFiles {
   };
 }
 
-/** Puts the file's name into what the decoder says. */
+/** Adds the path to errors of the decoder. */
 async function decoding<T>(path: string, decode: () => Promise<T>): Promise<T> {
   try {
     return await decode();

@@ -1,4 +1,4 @@
-/** What can be wrong with a file, as opposed to what is in the picture. Stable, for programs. */
+/** What is wrong with a file. The codes are stable. */
 export type FileErrorCode =
   | "not-found"
   | "not-readable"
@@ -9,21 +9,21 @@ export type FileErrorCode =
   | "decode-failed"
   | "too-large";
 
-/** A file that is missing, damaged or not what it should be. The message starts with its path. */
+/** A file is missing or damaged, or does not have the expected format. The message starts with its path. */
 export class FileError extends Error {
   override readonly name = "FileError";
 
-  constructor(
-    readonly code: FileErrorCode,
-    readonly path: string,
-    reason: string,
-    options?: ErrorOptions,
-  ) {
+  readonly code: FileErrorCode;
+  readonly path: string;
+
+  constructor(code: FileErrorCode, path: string, reason: string, options?: ErrorOptions) {
     super(`${path}: ${reason}`, options);
+    this.code = code;
+    this.path = path;
   }
 }
 
-/** The `code` of an error of the operating system (`ENOENT`, …), if it has one. */
+/** The `code` of a system error (`ENOENT`, …), if it has one. */
 export function systemCode(error: unknown): string | undefined {
   if (!(error instanceof Error) || !("code" in error)) return undefined;
   return typeof error.code === "string" ? error.code : undefined;

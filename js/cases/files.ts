@@ -2,7 +2,7 @@ import { readFile } from "node:fs/promises";
 
 import { FileError, systemCode } from "./errors.js";
 
-/** The bytes of a file, or a `FileError` that says which file and why. */
+/** Reads a file. @throws {FileError} `not-found`, `not-readable`. */
 export async function readBytes(path: string): Promise<Uint8Array> {
   try {
     return await readFile(path);
@@ -15,7 +15,7 @@ export async function readBytes(path: string): Promise<Uint8Array> {
   }
 }
 
-/** A UTF-8 text file without its byte order mark. */
+/** Reads a UTF-8 text file, without its byte order mark. @throws {FileError} as {@link readBytes}. */
 export async function readText(path: string): Promise<string> {
   return new TextDecoder().decode(await readBytes(path));
 }

@@ -7,7 +7,7 @@ import type { Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";
 import { UsageError } from "./usage.js";
 
-/** Where the results go. */
+/** Paths of the results. */
 export interface Outputs {
   readonly mosaic: string;
   readonly warped: string | undefined;
@@ -15,31 +15,31 @@ export interface Outputs {
   readonly report: string | undefined;
 }
 
-/** What a command line asks for. */
+/** A parsed command line. */
 export type Command = { readonly kind: "help" } | { readonly kind: "version" } | StitchCommand;
 
 export interface StitchCommand {
   readonly kind: "stitch";
-  /** A case folder, or the files themselves. */
+  /** A case folder, or the files. */
   readonly input: { readonly case: string } | PairFiles;
-  /** Whether to match the photos even if a case brings matches. */
+  /** Whether to detect and match features even if the case has matches. */
   readonly ownMatches: boolean;
   readonly settings: Partial<Options>;
   readonly outputs: Outputs;
-  /** Which part of the mosaic is written. */
+  /** The part of the mosaic that is saved. */
   readonly crop: Crop;
   /** Quality of JPEG outputs, 1 to 100. */
   readonly quality: number;
-  /** Whether to report progress; undefined: when stderr is a terminal. */
+  /** Whether to report progress; undefined: if stderr is a terminal. */
   readonly progress: boolean | undefined;
   readonly quiet: boolean;
 }
 
-/** Where the mosaic goes when nobody says. */
+/** Default path of the mosaic. */
 export const DEFAULT_OUTPUT = "mosaic.png";
 export const DEFAULT_QUALITY = 92;
 
-/** What of the mosaic can be kept: all, the largest full rectangle, the smallest one with everything. */
+/** Parts of the mosaic that can be saved: the whole canvas, the largest opaque rectangle, the bounding box. */
 const CROPS = ["none", "inner", "bounds"] as const;
 export type Crop = (typeof CROPS)[number];
 
@@ -66,7 +66,7 @@ const FLAGS = {
   version: { type: "boolean", short: "V" },
 } as const satisfies ParseArgsConfig["options"];
 
-/** The flags that say which files to read; a case folder says it all by itself. */
+/** Flags for input files, which are excluded by --case. */
 const INPUT_FLAGS = [
   "target-depth",
   "reference-depth",
@@ -77,9 +77,9 @@ const INPUT_FLAGS = [
 ] as const;
 
 /**
- * Understands a command line (without `node` and the script).
+ * Parses a command line (without `node` and the script).
  *
- * @throws UsageError with one line for the person who typed it.
+ * @throws {UsageError} with a message of one line.
  */
 export function parseCommand(args: readonly string[]): Command {
   const settingFlags = Object.fromEntries(
@@ -96,7 +96,7 @@ export function parseCommand(args: readonly string[]): Command {
     if (typeof text === "string") applySetting(settings, name, text, `--${flagName(name)}`);
   }
   if (flags["own-matches"] && flags.matches !== undefined)
-    throw new UsageError("--own-matches and --matches exclude each other");
+    throw new UsageError("--own-matches and --matches are mutually exclusive");
   const input = parseInput(flags, positionals);
   const outputs = parseOutputs(flags);
   const crop = labelled("crop", () => parseChoice(flags.crop ?? "none", CROPS));
@@ -117,7 +117,7 @@ export function parseCommand(args: readonly string[]): Command {
   };
 }
 
-/** Says that an output would be written over an input or over another output. */
+/** Checks that no output overwrites an input or another output. @throws {UsageError} */
 export function checkPaths(outputs: Outputs, inputs: readonly string[]): void {
   const taken = new Map(inputs.map((path) => [resolve(path), "is an input"]));
   for (const path of outputPaths(outputs)) {
@@ -127,14 +127,14 @@ export function checkPaths(outputs: Outputs, inputs: readonly string[]): void {
   }
 }
 
-/** Every file that will be read. */
+/** All files that are read. */
 export function inputPaths({ target, reference, matches, depth }: PairFiles): string[] {
   return [target, reference, matches, depth?.target, depth?.reference].filter(
     (path) => typeof path === "string",
   );
 }
 
-/** Every file that will be written. */
+/** All files that are written. */
 export function outputPaths({ mosaic, warped, voidMask, report }: Outputs): string[] {
   return [mosaic, warped, voidMask, report].filter((path) => path !== undefined);
 }
@@ -158,7 +158,7 @@ function parse(args: readonly string[], settingFlags: Record<string, { type: "st
   }
 }
 
-/** `--invalid -1` as `--invalid=-1`: parseArgs takes what begins with a dash for a flag, and no flag is a number. */
+/** Turns `--invalid -1` into `--invalid=-1`, as parseArgs would take -1 for a flag. No flag is a number. */
 function joinNegativeNumbers(args: readonly string[]): string[] {
   const joined: string[] = [];
   for (const arg of args) {
@@ -174,7 +174,7 @@ function joinNegativeNumbers(args: readonly string[]): string[] {
 function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand["input"] {
   if (flags.case !== undefined) {
     if (positionals.length > 0)
-      throw new UsageError("--case brings its own photos: give no others");
+      throw new UsageError("--case names its own photos, so no others can be given");
     const extra = INPUT_FLAGS.find((flag) => flags[flag] !== undefined);
     if (extra)
       throw new UsageError(
@@ -185,7 +185,7 @@ function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand
   const [target, reference] = positionals;
   if (target === undefined || reference === undefined || positionals.length > 2) {
     throw new UsageError(
-      `two photos are needed, TARGET and REFERENCE, got ${positionals.length} (see --help)`,
+      `two photos are required, TARGET and REFERENCE, got ${positionals.length} (see --help)`,
     );
   }
   return { target, reference, matches: flags.matches ?? null, depth: parseDepth(flags) };
@@ -220,7 +220,7 @@ function parseOutputs(flags: Flags): Outputs {
   };
   return {
     mosaic: output("output", IMAGE) ?? DEFAULT_OUTPUT,
-    // JPEG has no alpha, and the alpha of the warped photo is what is valid of it.
+    // JPEG has no alpha channel, which is the validity mask of the warped target.
     warped: output("warped", [".png"]),
     voidMask: output("void-mask", [".png"]),
     report: flags.report,

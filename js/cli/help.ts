@@ -1,71 +1,84 @@
-import type { Options } from "../index.js";
+import { OPTION_LIST, type OptionSpec } from "../options.js";
 import { DEFAULT_OUTPUT, DEFAULT_QUALITY } from "./arguments.js";
-import { SETTINGS, SETTING_NAMES, flagName } from "./settings.js";
+import { flagName, placeholder } from "./settings.js";
 
 const COLUMN = 28;
 const WIDTH = 100;
 
-/** The text of `--help`, with the core's own defaults. */
-export function helpText(defaults: Options): string {
-  const settings = SETTING_NAMES.map((name) => {
-    const { placeholder, help } = SETTINGS[name];
-    return row(`--${flagName(name)} ${placeholder}`, `${help} [${defaultText(defaults[name])}]`);
+type Row = readonly [flag: string, help: string];
+
+const INPUT: readonly Row[] = [
+  ["--case DIR", "case folder: its case.json names photos, depth maps and matches"],
+  [
+    "-m, --matches FILE",
+    "CSV with the header xt,yt,xr,yr: pixels of target and reference; by default features are detected and matched",
+  ],
+  ["--own-matches", "detect and match features even if the case has matches"],
+  ["--target-depth FILE", "depth map of the target"],
+  ["--reference-depth FILE", "depth map of the reference; a missing one is derived from the other"],
+  [
+    "--depth-kind KIND",
+    "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric (distance) [inverse]",
+  ],
+  ["--depth-scale N", "factor from values of the file to depth or inverse depth [1]"],
+  ["--invalid N", "value of the depth maps that means unknown [none]"],
+];
+
+const OUTPUT: readonly Row[] = [
+  ["-o, --output FILE", `the mosaic, .png or .jpg [${DEFAULT_OUTPUT}]`],
+  ["--warped FILE", "the warped target on the canvas of the mosaic, .png; alpha is validity"],
+  ["--void-mask FILE", "mask of the voids inside the mosaic before they are filled, .png"],
+  ["--report FILE", "models, inliers, quality, times and warnings as JSON"],
+  [
+    "--crop none|inner|bounds",
+    "save the whole canvas, the largest rectangle without transparent pixels, or the bounding box of the mosaic [none]",
+  ],
+  ["--quality N", `JPEG quality, 1 to 100 [${DEFAULT_QUALITY}]`],
+  ["--progress", "report progress even if stderr is not a terminal"],
+  ["-q, --quiet", "print errors only"],
+  ["-h, --help", "print this help"],
+  ["-V, --version", "print the version"],
+];
+
+/** The text of `--help`. */
+export function helpText(): string {
+  const options = OPTION_LIST.map(([name, spec]): Row => {
+    const unit = "unit" in spec && spec.unit && spec.unit !== "px" ? ` (${spec.unit})` : "";
+    return [
+      `--${flagName(name)} ${placeholder(spec)}`,
+      `${spec.description}${unit} [${defaultText(spec)}]`,
+    ];
   });
   return `Usage: depthstitch TARGET REFERENCE [options]
        depthstitch --case DIR [options]
 
-Stitches two photos of one scene taken from two places: TARGET is warped onto REFERENCE. Depth maps make the part that
-only one photo shows more exact; without them depth is estimated from the two photos. Photos are PNG or JPEG; depth
-maps are PNG (8 or 16 bit) or JPEG.
+Stitches two photos of a scene taken from two positions: TARGET is warped onto REFERENCE. Depth is estimated from the
+two photos unless depth maps are given; depth maps improve what only one photo shows. Photos are PNG or JPEG files,
+depth maps PNG (8 or 16 bit) or JPEG.
 
 Input:
-${[
-  row("--case DIR", "a folder with a case.json that names photos, depth maps and matches"),
-  row(
-    "-m, --matches FILE",
-    "CSV with the header xt,yt,xr,yr: pixels of the target and of the reference; without it the photos are matched",
-  ),
-  row("--own-matches", "match the photos even if the case brings matches"),
-  row("--target-depth FILE", "depth of the target"),
-  row("--reference-depth FILE", "depth of the reference; the one that is missing is derived"),
-  row(
-    "--depth-kind KIND",
-    "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric [inverse]",
-  ),
-  row("--depth-scale N", "value × N is the depth or inverse depth [1]"),
-  row("--invalid N", "the value of a depth map that means unknown [none]"),
-].join("\n")}
+${table(INPUT)}
 
 Output:
-${[
-  row("-o, --output FILE", `the mosaic, .png or .jpg [${DEFAULT_OUTPUT}]`),
-  row("--warped FILE", "the warped target on the mosaic's canvas, .png; alpha is validity"),
-  row("--void-mask FILE", "the mosaic's inner voids before they are filled, .png"),
-  row("--report FILE", "models, inliers, quality, times and warnings as JSON"),
-  row(
-    "--crop none|inner|bounds",
-    "write all of the mosaic, its largest rectangle without a gap, or the smallest one with everything [none]",
-  ),
-  row("--quality N", `JPEG quality, 1 to 100 [${DEFAULT_QUALITY}]`),
-  row("--progress", "report progress even when stderr is no terminal"),
-  row("-q, --quiet", "print nothing but errors"),
-  row("-h, --help", "print this"),
-  row("-V, --version", "print the version"),
-].join("\n")}
+${table(OUTPUT)}
 
 Method:
-${settings.join("\n")}
+${table(options)}
 
-Existing outputs are replaced, all together and only once everything has worked. A summary goes to stdout; progress,
-warnings and errors go to stderr, an error as one line: depthstitch: code: message.
+Existing files are replaced, all at once and only if everything succeeded. A summary is printed to stdout; progress,
+warnings and errors to stderr, each error as one line: depthstitch: code: message.
 
 Exit codes: 0 stitched; 1 the photos could not be stitched, or a file could not be read or written; 2 the command line
-is wrong; 130 stopped by Ctrl-C.
+is invalid; 130 interrupted by Ctrl-C.
 `;
 }
 
-function defaultText(value: Options[keyof Options]): string {
+function defaultText({ default: value }: OptionSpec): string {
   return typeof value === "boolean" ? (value ? "on" : "off") : String(value);
+}
+
+function table(rows: readonly Row[]): string {
+  return rows.map(([flag, help]) => row(flag, help)).join("\n");
 }
 
 function row(flag: string, help: string): string {

@@ -2,7 +2,7 @@
 import { systemCode } from "../cases/errors.js";
 import { run } from "./run.js";
 
-// Whoever reads our output may stop reading, as `head` does: no reason to fail.
+// A reader of our output may close the pipe, as `head` does; this is not an error.
 for (const stream of [process.stdout, process.stderr]) {
   stream.on("error", (error) => {
     if (systemCode(error) !== "EPIPE") throw error;

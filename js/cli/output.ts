@@ -4,25 +4,25 @@ import { basename, dirname, join } from "node:path";
 
 import { FileError, systemCode } from "../cases/errors.js";
 
-/** A file about to be written: its bytes first go into `temporary`, beside it. */
+/** A file to be written, first to `temporary` in the same folder. */
 interface Pending {
   readonly path: string;
-  /** Undefined for a device or a pipe, which cannot be replaced and is written directly. */
+  /** Undefined for devices and pipes, which are written directly. */
   readonly temporary: string | undefined;
 }
 
-/** Files that appear all together when they are complete, or not at all. */
+/** Output files that are replaced together once all are complete, or not at all. */
 export interface OutputFiles {
-  /** Writes all files, then moves them to their places. */
+  /** Writes all files, then renames them to their paths. */
   readonly commit: (contents: ReadonlyMap<string, Uint8Array>) => Promise<void>;
-  /** Takes back what was not moved into place. */
+  /** Deletes all temporary files. */
   readonly discard: () => Promise<void>;
 }
 
 /**
- * Makes sure, before the work, that every path can be written, by creating an empty file beside it.
+ * Checks that every path can be written, by creating an empty temporary file in its folder.
  *
- * @throws FileError `not-writable`.
+ * @throws {FileError} `not-writable`.
  */
 export async function openOutputs(paths: readonly string[]): Promise<OutputFiles> {
   const pending: Pending[] = [];
@@ -61,7 +61,7 @@ async function openTemporary(path: string): Promise<string | undefined> {
   return temporary;
 }
 
-/** Where a link leads: the link stays, the file behind it is replaced. */
+/** Resolves symbolic links, so that the file that a link points to is replaced rather than the link. */
 async function target(path: string): Promise<string> {
   return realpath(path).catch(() => path);
 }

@@ -9,13 +9,13 @@ export interface Terminal {
 /** Shows how far the work has come. */
 export interface ProgressLine {
   readonly show: (progress: Progress) => void;
-  /** Says something that is no stage of the pipeline, such as reading. */
-  readonly say: (text: string) => void;
-  /** Leaves the line empty for what comes next. */
+  /** Shows a step that is not a stage of the pipeline, such as reading files. */
+  readonly message: (text: string) => void;
+  /** Clears the line. */
   readonly clear: () => void;
 }
 
-/** One line, rewritten on a terminal; a line per stage elsewhere (a log); nothing when not `enabled`. */
+/** Shows progress as one updated line on a terminal, as one line per stage elsewhere, or not at all. */
 export function progressLine(terminal: Terminal, enabled: boolean): ProgressLine {
   let shown = "";
   const write = (text: string): void => {
@@ -26,7 +26,7 @@ export function progressLine(terminal: Terminal, enabled: boolean): ProgressLine
   return {
     show: ({ stage, fraction }) =>
       write(terminal.isTTY ? `${stage} ${Math.round(100 * fraction)} %` : stage),
-    say: write,
+    message: write,
     clear: () => {
       if (enabled && terminal.isTTY && shown !== "") terminal.write("\r\x1b[K");
       shown = "";

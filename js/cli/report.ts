@@ -2,7 +2,7 @@ import type { Pair, PairFiles } from "../cases/case.js";
 import type { Model, Options, StitchResult } from "../index.js";
 import type { Outputs } from "./arguments.js";
 
-/** The JSON of `--report`: everything about a result but its pixels. */
+/** The JSON of `--report`: everything in a result except images. */
 export function report(
   version: string,
   files: PairFiles,
@@ -37,7 +37,7 @@ export function report(
   };
 }
 
-/** What a person wants to know at a glance. PSNR never without coverage. */
+/** The summary in one line. PSNR is always given together with coverage. */
 export function summary(outputs: Outputs, result: StitchResult): string {
   const { mosaic, quality, report: fit } = result;
   const agreement =
@@ -46,7 +46,7 @@ export function summary(outputs: Outputs, result: StitchResult): string {
   return `${outputs.mosaic}: ${mosaic.width}×${mosaic.height}, ${fit.inliers} of ${fit.matches} matches, ${agreement}`;
 }
 
-/** A model with arrays that JSON shows as arrays; H row by row. */
+/** A model with plain arrays for JSON; H in row-major order. */
 function plain({ h, e }: Model): { h: number[]; e: number[] } {
   return { h: Array.from(h), e: Array.from(e) };
 }

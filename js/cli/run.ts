@@ -30,13 +30,13 @@ const FAILED = 1;
 const USAGE = 2;
 const INTERRUPTED = 130;
 
-/** Does what the command line (without `node` and the script) asks for and returns the exit code. */
+/** Executes a command line (without `node` and the script) and returns the exit code. */
 export async function run(args: readonly string[]): Promise<number> {
   try {
     const command = parseCommand(args);
     switch (command.kind) {
       case "help":
-        process.stdout.write(helpText(await defaultOptions()));
+        process.stdout.write(helpText());
         break;
       case "version":
         process.stdout.write(`${await version()}\n`);
@@ -46,7 +46,7 @@ export async function run(args: readonly string[]): Promise<number> {
     }
     return OK;
   } catch (error) {
-    return explain(error);
+    return reportError(error);
   }
 }
 
@@ -58,13 +58,13 @@ async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<v
   checkPaths(outputs, inputPaths(files));
   const out = await openOutputs(outputPaths(outputs));
   try {
-    const { result, contents } = await work(command, files, line, signal);
+    const { result, contents } = await stitchFiles(command, files, line, signal);
     signal.throwIfAborted();
     await out.commit(contents);
     line.clear();
     if (quiet) return;
     for (const { code, message } of result.report.warnings)
-      complain(`warning: ${code}: ${message}`);
+      printError(`warning: ${code}: ${message}`);
     process.stdout.write(`${summary(outputs, result)}\n`);
   } finally {
     line.clear();
@@ -72,14 +72,14 @@ async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<v
   }
 }
 
-/** Reads, stitches and encodes: the bytes of every output, by path. */
-async function work(
+/** Reads, stitches and encodes. Returns the bytes of every output by path. */
+async function stitchFiles(
   { settings, outputs, quality, crop: part }: StitchCommand,
   files: PairFiles,
   line: ProgressLine,
   signal: AbortSignal,
 ): Promise<{ result: StitchResult; contents: ReadonlyMap<string, Uint8Array> }> {
-  line.say("reading");
+  line.message("reading");
   const pair = await loadPair(files);
   const { matches, targetDepth, referenceDepth } = pair;
   const call = { onProgress: line.show, signal };
@@ -90,7 +90,7 @@ async function work(
     targetDepth,
     referenceDepth,
   });
-  line.say("writing");
+  line.message("writing");
   const rect = part === "none" ? null : result.crop[part];
   const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
   const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, mosaic, quality)]]);
@@ -108,7 +108,7 @@ async function encodeImage(path: string, image: ImageOutput, quality: number): P
   return extname(path).toLowerCase() === ".png" ? encodePng(image) : encodeJpeg(image, quality);
 }
 
-/** Runs `work` with a signal that the first Ctrl-C aborts; a second one ends the process as usual. */
+/** Runs `work` with a signal that the first Ctrl-C aborts; a second one terminates the process. */
 async function interruptible(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
   const controller = new AbortController();
   const interrupt = (): void => controller.abort();
@@ -120,29 +120,31 @@ async function interruptible(work: (signal: AbortSignal) => Promise<void>): Prom
   }
 }
 
-/** Says on one line of stderr what went wrong and returns the exit code. */
-function explain(error: unknown): number {
+/** Prints an error as one line to stderr and returns the exit code. */
+function reportError(error: unknown): number {
   if (error instanceof Error && error.name === "AbortError") {
-    complain("aborted: stopped by Ctrl-C");
+    printError("aborted: interrupted by Ctrl-C");
     return INTERRUPTED;
   }
   if (error instanceof UsageError) {
-    complain(`usage: ${error.message}`);
+    printError(`usage: ${error.message}`);
     return USAGE;
   }
   if (error instanceof StitchError) {
-    complain(`${error.code}: ${error.message}`);
-    // What the core calls an argument was typed as a flag.
+    printError(`${error.code}: ${error.message}`);
+    // Arguments of the core are given as flags.
     return error.code === "invalid-argument" ? USAGE : FAILED;
   }
   if (error instanceof FileError) {
-    complain(`${error.code}: ${error.message}`);
+    printError(`${error.code}: ${error.message}`);
     return FAILED;
   }
-  complain(`internal: ${error instanceof Error ? (error.stack ?? error.message) : String(error)}`);
+  printError(
+    `internal: ${error instanceof Error ? (error.stack ?? error.message) : String(error)}`,
+  );
   return FAILED;
 }
 
-function complain(text: string): void {
+function printError(text: string): void {
   process.stderr.write(`depthstitch: ${text.replaceAll(/\s+/g, " ").trim()}\n`);
 }

@@ -3,7 +3,7 @@ import type { ImageInput } from "../types.js";
 import { orAborted, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
 import { modelError } from "../models/errors.js";
-import { configure, inTurn } from "../models/runtime.js";
+import { configure, exclusively } from "../models/runtime.js";
 import type { ModelCallOptions } from "../models/types.js";
 import { estimator } from "./estimator.js";
 import {
@@ -15,23 +15,24 @@ import {
 } from "./library.js";
 import type { DepthEstimator, DepthModel, DepthModelOptions } from "./types.js";
 
-/** Depth Anything V2 (Yang et al. 2024) as ONNX. Small is Apache-2.0, the larger two are for non-commercial use. */
-const MODELS = {
-  small: "onnx-community/depth-anything-v2-small",
-  base: "onnx-community/depth-anything-v2-base",
-  large: "onnx-community/depth-anything-v2-large",
-} as const;
+/** Depth Anything V2 (Yang et al. 2024), the size licensed under Apache-2.0, as ONNX, at a fixed commit. */
+const MODELS: Readonly<Record<"small", DepthModel>> = {
+  small: {
+    id: "onnx-community/depth-anything-v2-small",
+    revision: "4472b7362082ad9968fee890ca0f1e5aca36b93d",
+  },
+};
 
 const names = "model device dtype host path local cache cacheDir".split(" ");
 
 /**
- * Fetches and prepares a monocular depth network. Needs the package `@huggingface/transformers`.
+ * Downloads and initializes a monocular depth network. Requires the package `@huggingface/transformers`.
  *
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */
 export async function loadDepthModel(options: DepthModelOptions = {}): Promise<DepthEstimator> {
   check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
-  const { id, revision = "main", output = "inverse" } = modelOf(options.model ?? "small");
+  const { id, revision, output = "inverse" } = modelOf(options);
   check.oneOf("output", output, "inverse", "metric");
   check.oneOf("device", options.device ?? "auto", "auto", "webgpu", "wasm", "cpu");
   const runtime = check.runtime(options);
@@ -54,11 +55,11 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
   const loading = withSettings(
     library.env,
     () => settingsOf(options, library.env, signal),
-    // A GPU may be there and still be too small, or its driver broken.
+    // A GPU may have too little memory, or a broken driver.
     () => others.reduce((loaded, next) => loaded.catch(() => load(next)), load(first)),
   );
-  const giveBack = (late: Awaited<typeof loading>) => void late.network.dispose();
-  const { processor, network, device } = await orAborted(loading, signal, giveBack).catch(
+  const release = (late: Awaited<typeof loading>) => void late.network.dispose();
+  const { processor, network, device } = await orAborted(loading, signal, release).catch(
     (cause: unknown) => {
       throwIfAborted(signal);
       throw modelError(`the depth model ${id} could not be loaded`, cause);
@@ -70,7 +71,7 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
     device,
     output,
     predict(photo, signal) {
-      const running = inTurn(async () => {
+      const running = exclusively(async () => {
         throwIfAborted(signal);
         const inputs = await processor(rgb(library, photo));
         const { predicted_depth: depth } = await network(inputs);
@@ -83,16 +84,18 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
       });
     },
     async dispose() {
-      await inTurn(() => network.dispose());
+      await exclusively(() => network.dispose());
     },
   });
 }
 
-function modelOf(model: NonNullable<DepthModelOptions["model"]>): DepthModel {
-  if (typeof model === "object" && typeof model?.id === "string") return model;
-  const id = Object.hasOwn(MODELS, String(model)) && MODELS[model as keyof typeof MODELS];
-  if (id) return { id };
-  throw invalid(`model must be "small", "base", "large" or { id }, got ${String(model)}`);
+function modelOf({ model = "small", host, local }: DepthModelOptions): DepthModel {
+  if (model === "small") return MODELS.small;
+  if (typeof model !== "object" || typeof model?.id !== "string")
+    throw invalid(`model must be "small" or { id, revision }, got ${String(model)}`);
+  if (model.revision === undefined && host === undefined && local === undefined)
+    throw invalid("model.revision must be given for downloads from the Hugging Face Hub");
+  return { ...model, revision: model.revision ?? "main" };
 }
 
 function rgb({ RawImage }: Library, { data, width, height }: ImageInput) {
@@ -104,7 +107,7 @@ interface Choice {
   dtype: string;
 }
 
-/** The devices to try, each with the type of weights that is smallest there without loss to speak of. */
+/** The devices to try, each with the smallest data type that hardly costs accuracy there. */
 async function choices(
   { device = "auto", dtype }: DepthModelOptions,
   env: Environment,
@@ -121,7 +124,7 @@ async function choices(
   return adapter ? [webgpu, wasm] : [wasm];
 }
 
-/** The browser's GPU; a browser may know of WebGPU and still have none to give. */
+/** The browser's GPU adapter; browsers with WebGPU may still have none. */
 async function gpuAdapter() {
   interface Gpu {
     requestAdapter(): Promise<{ features: { has(name: string): boolean } } | null>;
@@ -141,9 +144,9 @@ function settingsOf(
     ...(local !== undefined && { localModelPath: local }),
     allowLocalModels: local !== undefined,
     allowRemoteModels: local === undefined,
-    // In Node the runtime reads networks from disk, so there they are always kept.
+    // In Node the runtime reads networks from disk, so they are always cached.
     ...(!cache && { useBrowserCache: false }),
-    // As a blob, the runtime's script would break a page's content security policy.
+    // A blob URL of the runtime's script would violate strict content security policies.
     useWasmCache: false,
     fetch: (input, init) =>
       fetch(input, { ...init, ...(signal && { signal }) }).catch((cause: unknown) => {
@@ -152,7 +155,7 @@ function settingsOf(
   };
 }
 
-/** Tells of the network's files together; those of settings are small and come first. */
+/** Reports the progress of all weight files together; configuration files are small and come first. */
 function fileReporter(onProgress: ModelCallOptions["onProgress"]) {
   const files = new Map<string, { loaded: number; total: number }>();
   return ({ status, file = "", loaded = 0, total = 0 }: FileProgress): void => {

@@ -4,13 +4,13 @@ import type { ImageInput } from "../types.js";
 import { toInverse } from "./map.js";
 import type { DepthEstimator, DepthOutput } from "./types.js";
 
-/** What a network says of a photo: numbers whose last two sides are height and width. */
+/** A network's output, whose last two dimensions are height and width. */
 interface Prediction {
   readonly data: ArrayLike<number>;
   readonly dims: readonly number[];
 }
 
-/** A network that is ready, as the package shows it: calls are checked, progress is told, and what comes out is inverse depth. */
+/** Wraps a network: checks arguments, reports progress and converts the output to inverse depth. */
 export function estimator(
   network: Pick<DepthEstimator, "device" | "dispose"> & {
     readonly output: DepthOutput;

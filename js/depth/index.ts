@@ -1,9 +1,8 @@
 /**
- * Depth maps from photos, by networks that are loaded only when they are asked for. The photo stays on this machine; the
- * network is downloaded to it.
+ * Monocular depth estimation by networks that are downloaded on demand. Images are processed locally and never uploaded.
  *
- * {@link loadDepthModel} needs the package `@huggingface/transformers`, {@link loadOnnxDepth} the package
- * `onnxruntime-web`. Work is done on the calling thread: call from a worker of your own where a page must not stand still.
+ * {@link loadDepthModel} requires the package `@huggingface/transformers`, {@link loadOnnxDepth} the package
+ * `onnxruntime-web`. Networks run on the calling thread: to keep a page responsive, call them from a worker.
  */
 import { loadDepthModel } from "./anything.js";
 import type { DepthModelOptions, EstimatedDepth } from "./types.js";
@@ -23,9 +22,9 @@ export type {
 export type * from "./types.js";
 
 /**
- * The depth of one photo: loads the model, looks, and gives its memory back. For several photos load it once.
+ * Estimates the depth of one image: loads the model, runs it, and releases it. For several images, load it once.
  *
- * @throws {StitchError} as {@link loadDepthModel} and `estimate` of what it returns.
+ * @throws {StitchError} as {@link loadDepthModel} and `DepthEstimator.estimate`.
  */
 export async function estimateDepth(
   image: ImageInput,

@@ -1,6 +1,6 @@
-// The part of `@huggingface/transformers` that is used here, and how it is told where models come from.
+// The part of `@huggingface/transformers` used here, and its global configuration.
 import { missingPackage } from "../models/errors.js";
-import { turns } from "../models/turns.js";
+import { serialQueue } from "../models/queue.js";
 import type { WasmPaths } from "../models/types.js";
 
 export interface Environment {
@@ -16,7 +16,7 @@ export interface Environment {
   backends: {
     onnx: {
       wasm?: { wasmPaths?: WasmPaths; numThreads?: number };
-      /** `web` in browsers, where the runtime is wasm; `node` in Node, where it is native. */
+      /** `web` in browsers (wasm runtime), `node` in Node (native runtime). */
       versions?: { web?: string };
     };
   };
@@ -32,7 +32,7 @@ interface Loader<T> {
   from_pretrained(id: string, options: object): Promise<T>;
 }
 export interface Photo {
-  /** The same without alpha. */
+  /** The image without alpha. */
   rgb(): Photo;
 }
 export interface Network {
@@ -43,7 +43,7 @@ export interface Prediction {
   readonly data: ArrayLike<number>;
   readonly dims: readonly number[];
 }
-/** What the library tells of a file under way. */
+/** Progress of a download, as the library reports it. */
 export interface FileProgress {
   status: string;
   file?: string;
@@ -63,10 +63,10 @@ export function loadLibrary(): Promise<Library> {
 
 async function importLibrary(): Promise<Library> {
   try {
-    // Its types do not compile under this package's settings, so TypeScript is kept from looking them up.
+    // Its types do not compile under this package's settings, so the assertion keeps TypeScript from resolving them.
     const library = (await import("@huggingface/transformers" as string)) as Library;
     const { wasm } = library.env.backends.onnx;
-    // The library would fetch the runtime from a public host; the bundler has put it next to the page's own scripts.
+    // The library would fetch the runtime from a public CDN; bundlers have put it next to the page's scripts.
     if (wasm && String(Object(wasm.wasmPaths).wasm).startsWith("https://cdn."))
       delete wasm.wasmPaths;
     return library;
@@ -75,18 +75,18 @@ async function importLibrary(): Promise<Library> {
   }
 }
 
-const oneByOne = turns();
+const exclusively = serialQueue();
 
 /**
- * Does `work` while the library's settings, which are one for the whole program, are these, and puts back what they
- * were before: the program may use the library for other models.
+ * Runs `work` with these settings of the library and restores the previous ones: the settings are global, and the program
+ * may use the library for other models.
  */
 export function withSettings<T>(
   env: Environment,
   settingsOf: () => Partial<Environment>,
   work: () => Promise<T>,
 ): Promise<T> {
-  return oneByOne(async () => {
+  return exclusively(async () => {
     const settings = settingsOf();
     const before = Object.fromEntries(
       Object.keys(settings).map((name) => [name, env[name as keyof Environment]]),

@@ -1,7 +1,7 @@
 import { modelError } from "../models/errors.js";
 import type { DepthOutput, EstimatedDepth } from "./types.js";
 
-/** A network's output, whose last two sides are height and width, as inverse depth of the package's own. */
+/** Converts a network's output, whose last two dimensions are height and width, to inverse depth. */
 export function toInverse(
   data: ArrayLike<number>,
   dims: readonly number[],
@@ -9,7 +9,7 @@ export function toInverse(
 ): EstimatedDepth {
   const [height = 0, width = 0] = dims.slice(-2);
   if (data.length === 0 || data.length !== width * height) {
-    throw modelError(`the network's output is no map but [${dims.join(", ")}]`, undefined, {
+    throw modelError(`the network's output must be a map, got [${dims.join(", ")}]`, undefined, {
       values: data.length,
     });
   }

@@ -9,7 +9,8 @@ import type { DepthEstimator, OnnxDepthOptions } from "./types.js";
 const names = ["weights", "inputSize", "mean", "std", "output", "device", "cache"];
 
 /**
- * A depth network from a single ONNX file, for example FastDepth (`output: "metric"`). Needs the package `onnxruntime-web`.
+ * Loads a depth network from a single ONNX file, for example FastDepth (`output: "metric"`). Requires the package
+ * `onnxruntime-web`.
  *
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */

@@ -15,9 +15,10 @@ const ablation = (change: Partial<Options>): Mode => ({
 });
 
 /**
- * The modes by name. The ablations change one thing of `paper`; the models of the two robust fits are still fitted with
- * depth, on the inliers that the homographies chose. `baseline` is what one does without depth. `calibrated` adds the
- * calibrated geometry to the fit of `default`, `refined` the refinement, `two-view` ignores the depth maps of the case.
+ * The modes by name. The ablations change one option of `paper`; with the other two robust fits, the depth model is still
+ * fitted to the inliers that the homographies select. `baseline` is a homography without depth. `calibrated` forces the
+ * calibrated model on `default`, without refinement; `refined` is its counterpart: epipolar refinement of the free model,
+ * without tracked points. `two-view` ignores the depth maps of the case.
  */
 export const MODES: ReadonlyMap<string, Mode> = new Map<string, Mode>([
   ["baseline", { settings: { withoutDepth: "homography" }, depth: false }],
@@ -28,7 +29,7 @@ export const MODES: ReadonlyMap<string, Mode> = new Map<string, Mode>([
   ["backward+void", ablation({ warpMode: "backward+void" })],
   ["paper", ablation({})],
   ["calibrated", { settings: { calibration: "always", refinement: "none" }, depth: true }],
-  ["refined", { settings: { refinement: "epipolar" }, depth: true }],
+  ["refined", { settings: { calibration: "off", refinement: "epipolar" }, depth: true }],
   ["two-view", { settings: { withoutDepth: "two-view" }, depth: false }],
   ["default", { settings: {}, depth: true }],
 ]);

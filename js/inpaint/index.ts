@@ -1,16 +1,16 @@
 /**
- * Fills a mosaic's voids by a network that invents what no photo showed, instead of the core's `fill`. The picture
- * stays on this machine; the network is downloaded to it.
+ * Inpaints the voids of a mosaic by a network, instead of the core's `fill`. The network is downloaded on demand; images
+ * are processed locally and never uploaded.
  *
- * Needs the package `onnxruntime-web`. Work is done on the calling thread: call from a worker of your own where a page must
- * not stand still.
+ * Requires the package `onnxruntime-web`. Networks run on the calling thread: to keep a page responsive, call them from a
+ * worker.
  */
 import { invalid } from "../errors.js";
 import { orAborted, pause, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
 import { openSession } from "../models/runtime.js";
 import { NETWORKS } from "./networks.js";
-import { inventPatch } from "./patch.js";
+import { inpaintPatch } from "./patch.js";
 import { type Box, countMarked, tilesAround } from "./tiles.js";
 import type { Inpainter, InpainterOptions, InpaintNetwork } from "./types.js";
 
@@ -25,10 +25,10 @@ export type {
 } from "../models/types.js";
 export type * from "./types.js";
 
-const names = ["model", "weights", "grow", "device", "cache"];
+const names = ["model", "weights", "dilation", "device", "cache"];
 
 /**
- * Fetches and prepares an inpainting network.
+ * Downloads and initializes an inpainting network.
  *
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */
@@ -37,10 +37,10 @@ export async function loadInpainter(options: InpainterOptions = {}): Promise<Inp
   const { model = "migan", device = "wasm", cache = true } = options;
   const published =
     typeof model === "string" ? NETWORKS[check.oneOf("model", model, "migan", "lama")] : undefined;
-  const network = checked(published ?? (model as InpaintNetwork), options.grow);
+  const network = checked(published ?? (model as InpaintNetwork), options.dilation);
   check.oneOf("device", device, "wasm", "webgpu");
-  const weights = options.weights ?? published?.address;
-  if (weights === undefined) throw invalid("weights must say where the network is");
+  const weights = options.weights ?? published?.url;
+  if (weights === undefined) throw invalid("weights must be given for a network of your own");
   const { onProgress, signal } = check.call(options);
   const runtime = check.runtime(options);
   throwIfAborted(signal);
@@ -55,27 +55,27 @@ export async function loadInpainter(options: InpainterOptions = {}): Promise<Inp
   return {
     device,
     async inpaint(mosaic, voidMask, call = {}) {
-      const picture = check.image("mosaic", mosaic);
-      const { width, height } = picture;
-      const voids = check.maskOf("voidMask", voidMask, picture).data.slice();
+      const image = check.image("mosaic", mosaic);
+      const { width, height } = image;
+      const voids = check.maskOf("voidMask", voidMask, image).data.slice();
       const { onProgress, signal } = check.call(call);
       throwIfAborted(signal);
-      const data = new Uint8ClampedArray(picture.data);
+      const data = new Uint8ClampedArray(image.data);
       const hasVoid = (i: number) => voids[i] !== 0;
       const unknown = (i: number) => voids[i] !== 0 || data[4 * i + 3] === 0;
       const tiles = tilesAround(
         countMarked(hasVoid, width, height),
         countMarked(unknown, width, height),
         { x: 0, y: 0, width, height },
-        network.side,
+        network.tileSize,
       );
       for (const [done, tile] of tiles.entries()) {
         onProgress?.({ stage: "run", fraction: done / tiles.length });
         await pause();
         throwIfAborted(signal);
         const holes = cropOf(unknown, width, tile.crop);
-        const inventing = inventPatch(session, network, data, width, tile.crop, holes);
-        const patch = await orAborted(inventing, signal);
+        const inpainting = inpaintPatch(session, network, data, width, tile.crop, holes);
+        const patch = await orAborted(inpainting, signal);
         paste(data, voids, width, patch, tile.crop, tile.voids);
       }
       onProgress?.({ stage: "run", fraction: 1 });
@@ -85,17 +85,18 @@ export async function loadInpainter(options: InpainterOptions = {}): Promise<Inp
   };
 }
 
-function checked(network: InpaintNetwork, grow: number | undefined): InpaintNetwork {
+function checked(network: InpaintNetwork, dilation: number | undefined): InpaintNetwork {
   if (typeof network !== "object" || network === null) {
     throw invalid(`model must be "migan", "lama" or an object, got ${String(network)}`);
   }
-  const { input, mask, white, side } = network;
+  const { input, mask, outputMax, tileSize } = network;
   check.oneOf("model.input", input, "uint8", "float32");
   check.oneOf("model.mask", mask, "known", "hole");
-  if (white !== 1 && white !== 255)
-    throw invalid(`model.white must be 1 or 255, got ${String(white)}`);
-  check.positive("model.side", side);
-  return { input, mask, white, side, grow: check.count("grow", grow ?? network.grow) };
+  if (outputMax !== 1 && outputMax !== 255)
+    throw invalid(`model.outputMax must be 1 or 255, got ${String(outputMax)}`);
+  check.positive("model.tileSize", tileSize);
+  const pixels = check.count("dilation", dilation ?? network.dilation);
+  return { input, mask, outputMax, tileSize, dilation: pixels };
 }
 
 /** The marked pixels of a box. */
@@ -109,7 +110,7 @@ function cropOf(marked: (index: number) => boolean, stride: number, box: Box): U
   return out;
 }
 
-/** Puts those pixels of a patch into the picture that were voids, which they are no longer for the tiles to come. */
+/** Copies the void pixels of a patch into the image. They count as known for the tiles that follow. */
 function paste(
   data: Uint8ClampedArray,
   voids: Uint8Array,

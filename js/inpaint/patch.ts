@@ -1,17 +1,17 @@
 import { modelError } from "../models/errors.js";
 import { planes, resample } from "../models/resample.js";
 import type { Session, Tensor, TensorData } from "../models/runtime.js";
-import { grow, prefill } from "./prefill.js";
+import { dilate, prefill } from "./prefill.js";
 import type { Box } from "./tiles.js";
 import type { InpaintNetwork } from "./types.js";
 
 /**
- * What a network makes of one crop of the picture, three planes of its size, 0 to 255.
+ * Inpaints one crop of the image. Returns three planes of the size of the crop, 0 to 255.
  *
- * @param data RGBA of the whole picture, `stride` pixels wide
- * @param holes the crop's pixels that have no colour
+ * @param data RGBA of the whole image, `stride` pixels wide
+ * @param holes the pixels of the crop without a colour
  */
-export async function inventPatch(
+export async function inpaintPatch(
   session: Session,
   network: InpaintNetwork,
   data: Uint8ClampedArray,
@@ -20,7 +20,7 @@ export async function inventPatch(
   holes: Uint8Array,
 ): Promise<Float32Array> {
   const { width, height } = crop;
-  const unseen = grow(holes, width, height, network.grow);
+  const masked = dilate(holes, width, height, network.dilation);
   const colours = new Float32Array(3 * width * height);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {
@@ -28,13 +28,13 @@ export async function inventPatch(
       for (let c = 0; c < 3; c++) colours[(c * height + y) * width + x] = data[from + c] ?? 0;
     }
   }
-  prefill(colours, unseen, width, height);
+  prefill(colours, masked, width, height);
 
   const [w, h] = sizeFor(session, crop);
   const same = w === width && h === height;
   const image = same ? colours : resample(planes(colours, width, height, 3), w, h);
-  // A pixel of the smaller picture that a hole has any part in is a hole.
-  const mask = same ? unseen : resample(planes(unseen, width, height, 1), w, h);
+  // A downsampled pixel that any part of a hole contributes to is a hole.
+  const mask = same ? masked : resample(planes(masked, width, height, 1), w, h);
   const result = await session.run(
     inSessionOrder(session, [
       { data: toInput(image, network), dims: [1, 3, h, w] },
@@ -43,13 +43,13 @@ export async function inventPatch(
   );
   if (result.data.length !== 3 * w * h) {
     const dims = result.dims.join(", ");
-    throw modelError(`the network's output is no picture of ${w}×${h} but [${dims}]`);
+    throw modelError(`the network's output must be an image of ${w}×${h}, got [${dims}]`);
   }
-  const invented = scaled(result.data, 255 / network.white);
-  return same ? invented : resample(planes(invented, w, h, 3), width, height);
+  const inpainted = scaled(result.data, 255 / network.outputMax);
+  return same ? inpainted : resample(planes(inpainted, w, h, 3), width, height);
 }
 
-/** The size that the network takes: its own if it is fixed, else the crop's. */
+/** The input size of the network: its own if fixed, otherwise that of the crop. */
 function sizeFor(session: Session, crop: Box): [number, number] {
   const [, , height, width] = session.inputs[0]?.dims ?? [];
   return [width ?? crop.width, height ?? crop.height];
@@ -74,7 +74,7 @@ function scaled(values: TensorData, factor: number): Float32Array {
   return out;
 }
 
-/** Picture and mask in the order of the network's inputs: a few have the mask first. */
+/** Image and mask in the order of the network's inputs; some have the mask first. */
 function inSessionOrder(session: Session, [image, mask]: [Tensor, Tensor]): Tensor[] {
   return /mask/i.test(session.inputs[0]?.name ?? "") ? [mask, image] : [image, mask];
 }

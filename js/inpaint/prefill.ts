@@ -1,7 +1,7 @@
 /**
- * Gives unknown pixels the colours of the known ones around them, smoothly: averages of known pixels over ever larger
- * blocks, and back, each unknown pixel taking what the next coarser level says (push-pull, Gortler et al. 1996). A network
- * is not to see the edge of a hole, and resizing is not to mix black into what is known.
+ * Interpolates unknown pixels smoothly from known ones by the push–pull algorithm (Gortler et al. 1996): known pixels are
+ * averaged over blocks of increasing size, then each unknown pixel is interpolated from the next coarser level. This hides
+ * the edges of holes from the network and keeps black from being resampled into known pixels.
  *
  * @param planes three planes of `width`×`height`, changed in place
  */
@@ -39,7 +39,7 @@ export function prefill(
     for (let x = 0; x < width; x++) {
       const to = y * width + x;
       if (!unknown[to]) continue;
-      // Bilinearly between the four nearest blocks, whose centres lie at the corners of this pixel's block.
+      // Bilinear between the four nearest blocks.
       const [x0, y0] = [x >> 1, y >> 1];
       const x1 = Math.max(0, Math.min(w - 1, x0 + (x & 1 ? 1 : -1)));
       const y1 = Math.max(0, Math.min(h - 1, y0 + (y & 1 ? 1 : -1)));
@@ -52,19 +52,19 @@ export function prefill(
   }
 }
 
-/** Grows what is marked by a square of `radius` around every pixel. */
-export function grow(
+/** Dilates a mask by a square of side 2 · `radius` + 1. */
+export function dilate(
   marked: Uint8Array,
   width: number,
   height: number,
   radius: number,
 ): Uint8Array {
-  const across = spread(marked, width, height, 1, width, radius);
-  return spread(across, height, width, width, 1, radius);
+  const rows = dilateLines(marked, width, height, 1, width, radius);
+  return dilateLines(rows, height, width, width, 1, radius);
 }
 
-/** Grows along one direction: `lines` of `length` pixels, `step` apart. */
-function spread(
+/** Dilates along one direction: `lines` of `length` pixels, `step` apart. */
+function dilateLines(
   marked: Uint8Array,
   length: number,
   lines: number,

@@ -6,18 +6,18 @@ export interface Box {
   height: number;
 }
 
-/** A part of the voids, and as much of the picture around it as the network needs to see. */
+/** A part of the voids, and the crop of the image around it that is passed to the network. */
 export interface Tile {
   voids: Box;
   crop: Box;
 }
 
-/** How many pixels are marked, counted in no time for any box. */
+/** Counts marked pixels of any box in constant time. */
 export interface Count {
   in(box: Box): number;
 }
 
-/** Sums over all boxes from the top left corner (Crow 1984). */
+/** Builds a summed-area table (Crow 1984). */
 export function countMarked(
   marked: (index: number) => boolean,
   width: number,
@@ -41,42 +41,42 @@ export function countMarked(
 }
 
 /**
- * Tiles that cover all voids. A tile's crop is as large as the network's own square, so nothing is shrunk, unless a void
- * is so large that such a square would see too little beside it: then the crop grows until it does.
+ * Tiles that cover all voids. Crops have the size that the network was trained on, so that nothing is downsampled, unless
+ * a void is so large that such a crop would contain too few known pixels: then the crop is enlarged.
  */
-export function tilesAround(voids: Count, unknown: Count, picture: Box, side: number): Tile[] {
-  const all = shrink(picture, voids);
+export function tilesAround(voids: Count, unknown: Count, image: Box, side: number): Tile[] {
+  const all = shrink(image, voids);
   if (!all) return [];
   const known = (crop: Box) => 1 - unknown.in(crop) / (crop.width * crop.height);
   const divide = (box: Box): Tile[] => {
-    const crop = around(box, picture, side);
+    const crop = around(box, image, side);
     if (Math.max(box.width, box.height) <= side / 2) return [{ voids: box, crop }];
     const halves = cut(box, voids)
       .map((half) => shrink(half, voids))
       .filter((half) => half !== undefined);
-    // A half that is solid void has nothing to be drawn from: better a coarse look at the whole.
+    // A half that is mostly void has too little context: a coarser view of the whole is better.
     const least = Math.min(0.4, 0.75 * known(crop));
-    const enough = halves.every((half) => known(around(half, picture, side)) >= least);
+    const enough = halves.every((half) => known(around(half, image, side)) >= least);
     if (!enough) return [{ voids: box, crop }];
     return halves.flatMap(divide);
   };
   return divide(all);
 }
 
-/** The square around a box, twice as wide as it and at least `side`, moved and cut to lie within the picture. */
-function around(box: Box, picture: Box, side: number): Box {
+/** The square around a box, twice as wide and at least `side`, moved and clipped to lie within the image. */
+function around(box: Box, image: Box, side: number): Box {
   const wanted = Math.max(side, 2 * Math.max(box.width, box.height));
   const span = (start: number, length: number, limit: number): [number, number] => {
     const size = Math.min(wanted, limit);
     const from = Math.round(start + (length - size) / 2);
     return [Math.max(0, Math.min(from, limit - size)), size];
   };
-  const [x, width] = span(box.x, box.width, picture.width);
-  const [y, height] = span(box.y, box.height, picture.height);
+  const [x, width] = span(box.x, box.width, image.width);
+  const [y, height] = span(box.y, box.height, image.height);
   return { x, y, width, height };
 }
 
-/** Both parts of a box, cut across its longer side where that goes through the fewest voids, not too near its ends. */
+/** Splits a box across its longer side where the cut crosses the fewest voids, not too close to its ends. */
 function cut(box: Box, voids: Count): Box[] {
   const wide = box.width >= box.height;
   const length = wide ? box.width : box.height;
@@ -87,18 +87,18 @@ function cut(box: Box, voids: Count): Box[] {
   let best = length >> 1;
   let fewest = Infinity;
   for (let at = length >> 2; at < length - (length >> 2); at++) {
-    // Of equal lines the one nearest to the middle.
+    // Ties are broken in favour of the middle.
     const cost = voids.in(part(at, at + 1)) + Math.abs(at - length / 2) / length;
     if (cost < fewest) [best, fewest] = [at, cost];
   }
   return [part(0, best), part(best, length)];
 }
 
-/** The smallest box with all of the voids in this one. */
+/** The bounding box of the voids in a box. */
 function shrink(box: Box, voids: Count): Box | undefined {
   const total = voids.in(box);
   if (total === 0) return undefined;
-  // How far one can go from a side before meeting a void, by halving.
+  // Width of the strip without voids along a side, by bisection.
   const free = (length: number, strip: (size: number) => Box): number => {
     let [low, high] = [0, length];
     while (high - low > 1) {

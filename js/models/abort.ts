@@ -5,8 +5,8 @@ export function throwIfAborted(signal: AbortSignal | undefined): void {
 }
 
 /**
- * The outcome of `work`, or a rejection as soon as `signal` is aborted. The work itself goes on: `late` gets what comes of
- * it then, to be given back.
+ * Settles with `work`, or rejects as soon as `signal` is aborted. The work itself continues; its result is then passed to
+ * `late`, which should release it.
  */
 export async function orAborted<T>(
   work: Promise<T>,
@@ -30,7 +30,7 @@ export async function orAborted<T>(
   }
 }
 
-/** Gives the page or program a turn: a chance to paint, to answer, to abort. */
+/** Yields to the event loop, so that the page can paint, respond and abort. */
 export function pause(): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve));
 }

@@ -1,6 +1,6 @@
 import { StitchError } from "../errors.js";
 
-/** The error of a network that could not be fetched, prepared or run. */
+/** A `model-load-failed` error: a network could not be fetched, initialized or run. */
 export function modelError(
   message: string,
   cause?: unknown,
@@ -13,14 +13,14 @@ export function modelError(
   );
 }
 
-/** What a cause says of itself; runtimes throw numbers and strings, too. */
+/** The message of a cause; runtimes also throw numbers and strings. */
 export function reasonOf(cause: unknown): string {
   if (!(cause instanceof Error)) return String(cause);
   const inner = cause.cause instanceof Error ? ` (${cause.cause.message})` : "";
   return cause.message + inner;
 }
 
-/** The error of a package that is not installed: which, and how to get it. */
+/** The error for a peer dependency that is not installed. */
 export function missingPackage(name: string, cause: unknown): StitchError {
   return modelError(
     `this needs the package ${name}, which could not be loaded: npm install ${name}`,

@@ -3,44 +3,43 @@ import { throwIfAborted } from "./abort.js";
 import { modelError } from "./errors.js";
 import type { ModelCallOptions } from "./types.js";
 
-/** The browser's cache that weights are kept in. */
+/** Name of the browser cache for weights. */
 const CACHE = "depthstitch-models";
 
 /**
- * The bytes behind an address, from the browser's cache if they have been fetched before. In Node, `file:` addresses are
- * read from disk, and nothing is cached.
+ * Fetches a file, or takes it from the browser's cache. In Node `file:` URLs are read from disk, and nothing is cached.
  *
- * @throws {StitchError} `model-load-failed` with the address and, where there was an answer, its `status`; `aborted`.
+ * @throws {StitchError} `model-load-failed` with the URL and, if the server responded, its `status`; `aborted`.
  */
 export async function fetchBytes(
   address: string | URL,
   cached: boolean,
   { onProgress, signal }: ModelCallOptions,
 ): Promise<Uint8Array> {
-  const where = String(address);
+  const url = String(address);
   const fail = (cause: unknown) => {
     throwIfAborted(signal);
-    throw modelError(`${where} could not be fetched`, cause);
+    throw modelError(`${url} could not be fetched`, cause);
   };
-  const cache = cached && /^(https?:|[^:]*$)/.test(where) ? await openCache() : undefined;
-  const kept = await cache?.match(where);
-  if (kept) return read(kept, fail, onProgress);
+  const cache = cached && /^(https?:|[^:]*$)/.test(url) ? await openCache() : undefined;
+  const hit = await cache?.match(url);
+  if (hit) return read(hit, fail, onProgress);
   const response = (await fetchFile(address, signal ? { signal } : {}).catch(fail)) as Response;
   if (!response.ok) {
     const { status, statusText } = response;
-    throw modelError(`${where} answered ${status} ${statusText}`.trim(), undefined, { status });
+    throw modelError(`${url} responded ${status} ${statusText}`.trim(), undefined, { status });
   }
-  // What a server with one page for every address says.
+  // Servers of single-page applications answer every URL with a page.
   const type = response.headers.get("Content-Type") ?? "";
-  if (type.startsWith("text/html")) throw modelError(`${where} is a page, not a network`);
+  if (type.startsWith("text/html")) throw modelError(`${url} is an HTML page, not a network`);
   const bytes = await read(response, fail, onProgress);
-  // A full disk is no reason to fail: the next call will fetch again.
-  await cache?.put(where, new Response(bytes)).catch(() => undefined);
+  // Failing to cache, for example on a full disk, is not an error.
+  await cache?.put(url, new Response(bytes)).catch(() => undefined);
   return bytes;
 }
 
 async function openCache(): Promise<Cache | undefined> {
-  // There is none in Node, on pages without TLS, and where the user forbids it.
+  // There is no cache in Node, on insecure origins, and if the user disabled it.
   return globalThis.caches?.open(CACHE).catch(() => undefined);
 }
 

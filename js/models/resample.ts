@@ -1,21 +1,21 @@
-/** Numbers on a grid, however they lie in memory. */
+/** Samples on a grid with arbitrary strides. */
 export interface Raster {
   readonly data: ArrayLike<number>;
   readonly width: number;
   readonly height: number;
   readonly channels: number;
-  /** Distance in `data` between neighbours of a row, and between channels of a pixel. */
+  /** Strides in `data` between neighbouring pixels of a row, and between channels. */
   readonly pixel: number;
   readonly channel: number;
 }
 
-/** An RGBA picture without its alpha. */
+/** The RGB channels of an RGBA image. */
 export function colours(image: { data: ArrayLike<number>; width: number; height: number }): Raster {
   const { data, width, height } = image;
   return { data, width, height, channels: 3, pixel: 4, channel: 1 };
 }
 
-/** One plane per channel, as networks take and give them. */
+/** A planar image, as networks use. */
 export function planes(
   data: ArrayLike<number>,
   width: number,
@@ -26,15 +26,15 @@ export function planes(
 }
 
 /**
- * Resamples to `width`×`height` with a triangle filter: bilinear where it enlarges, and as wide as the step between
- * samples where it shrinks, so that nothing is skipped. The corners of both grids coincide, as everywhere in this package.
+ * Resamples to `width`×`height` with a triangle filter: bilinear when upsampling, and with a support scaled to the
+ * sampling step when downsampling, to avoid aliasing. The outer corners of both grids coincide.
  */
 export function resample(source: Raster, width: number, height: number): Float32Array {
   const { data, channels, pixel, channel } = source;
   const across = taps(source.width, width);
   const down = taps(source.height, height);
   const out = new Float32Array(channels * width * height);
-  const squeezed = new Float32Array(width * source.height);
+  const rows = new Float32Array(width * source.height);
   for (let c = 0; c < channels; c++) {
     for (let y = 0; y < source.height; y++) {
       const row = c * channel + y * source.width * pixel;
@@ -43,7 +43,7 @@ export function resample(source: Raster, width: number, height: number): Float32
         let sum = 0;
         for (let k = 0; k < weights.length; k++)
           sum += (weights[k] as number) * (data[row + (first + k) * pixel] as number);
-        squeezed[y * width + x] = sum;
+        rows[y * width + x] = sum;
       }
     }
     for (let y = 0; y < height; y++) {
@@ -53,14 +53,14 @@ export function resample(source: Raster, width: number, height: number): Float32
         const weight = weights[k] as number;
         const from = (first + k) * width;
         for (let x = 0; x < width; x++)
-          out[row + x] = (out[row + x] as number) + weight * (squeezed[from + x] as number);
+          out[row + x] = (out[row + x] as number) + weight * (rows[from + x] as number);
       }
     }
   }
   return out;
 }
 
-/** The samples that make a new one, from `first` on. */
+/** The weights of the source samples of one output sample, starting at `first`. */
 interface Tap {
   first: number;
   weights: Float64Array;
@@ -68,14 +68,14 @@ interface Tap {
 
 function taps(from: number, to: number): Tap[] {
   const step = from / to;
-  const reach = Math.max(1, step);
+  const radius = Math.max(1, step);
   return Array.from({ length: to }, (_, i) => {
     const centre = (i + 0.5) * step - 0.5;
-    const first = Math.max(0, Math.floor(centre - reach) + 1);
-    const end = Math.min(from, Math.ceil(centre + reach));
+    const first = Math.max(0, Math.floor(centre - radius) + 1);
+    const end = Math.min(from, Math.ceil(centre + radius));
     const weights = Float64Array.from(
       { length: end - first },
-      (_, k) => 1 - Math.abs(first + k - centre) / reach,
+      (_, k) => 1 - Math.abs(first + k - centre) / radius,
     );
     const sum = weights.reduce((a, b) => a + b, 0);
     return { first, weights: weights.map((weight) => weight / sum) };

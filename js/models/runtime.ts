@@ -1,11 +1,11 @@
-// ONNX Runtime: loaded when a network is first asked for, one network at a time.
+// ONNX Runtime, imported when the first network is loaded. Networks run one at a time.
 import { orAborted } from "./abort.js";
 import { fetchBytes } from "./fetch.js";
 import { missingPackage, modelError } from "./errors.js";
-import { turns } from "./turns.js";
+import { serialQueue } from "./queue.js";
 import type { ModelCallOptions, RuntimeOptions, WasmPaths } from "./types.js";
 
-/** The part of `onnxruntime-web` that is used here. Its own types are not in ours, as the package may be missing. */
+/** The part of `onnxruntime-web` used here. Our types do not refer to its own, as it is an optional peer dependency. */
 interface Runtime {
   env: { wasm: { wasmPaths?: WasmPaths; numThreads?: number } };
   Tensor: new (type: string, data: TensorData, dims: readonly number[]) => Tensor;
@@ -21,16 +21,16 @@ interface RawSession {
 
 export type TensorData = Float32Array | Uint8Array;
 
-/** Numbers in the order of a network: `dims` from the slowest to the fastest. */
+/** A tensor in row-major order. */
 export interface Tensor {
   readonly data: TensorData;
   readonly dims: readonly number[];
 }
 
-/** A network ready to run. */
+/** A network that is ready to run. */
 export interface Session {
   readonly inputs: readonly { name: string; dims: readonly (number | undefined)[] }[];
-  /** The first output for these inputs, in the order of `inputs`. */
+  /** Runs the network on `inputs`, in their order, and returns its first output. */
   run(inputs: readonly Tensor[]): Promise<Tensor>;
   dispose(): Promise<void>;
 }
@@ -41,7 +41,7 @@ export interface SessionOptions extends RuntimeOptions, ModelCallOptions {
 }
 
 /**
- * Fetches a network and prepares it.
+ * Fetches and initializes a network.
  *
  * @throws {StitchError} `model-load-failed`, `aborted`.
  */
@@ -55,35 +55,35 @@ export async function openSession(
   onProgress?.({ stage: "prepare", fraction: 0 });
   const runtime = await orAborted(load(device), signal);
   configure(runtime.env.wasm, options);
-  const preparing = inTurn(() =>
+  const creating = exclusively(() =>
     runtime.InferenceSession.create(bytes, {
       executionProviders: [device],
-      // Errors only: the runtime warns about every harmless oddity of a network.
+      // Errors only: the runtime warns about many harmless properties of networks.
       logSeverityLevel: 3,
     }),
   );
-  const session = await orAborted(preparing, signal, (late) => void late.release()).catch(
+  const session = await orAborted(creating, signal, (late) => void late.release()).catch(
     (cause: unknown) => {
       if (signal?.aborted) throw cause;
-      throw modelError(prepareMessage(weights, cause), cause);
+      throw modelError(createMessage(weights, cause), cause);
     },
   );
   onProgress?.({ stage: "prepare", fraction: 1 });
   return wrap(runtime, session);
 }
 
-function prepareMessage(weights: string | URL | Uint8Array, cause: unknown): string {
-  // The runtime says "no available backend found" when its own wasm is not where it looked.
+function createMessage(weights: string | URL | Uint8Array, cause: unknown): string {
+  // The runtime reports "no available backend found" if it does not find its own wasm.
   if (/backend|wasm/i.test(String(cause))) {
-    return "ONNX Runtime could not start; is its wasm where wasmPaths says?";
+    return "ONNX Runtime could not be initialized: does wasmPaths point to its wasm files?";
   }
   const name = weights instanceof Uint8Array ? `the ${weights.length} bytes` : String(weights);
-  return `${name} could not be prepared as a network`;
+  return `${name} could not be loaded as a network`;
 }
 
 async function load(device: "wasm" | "webgpu"): Promise<Runtime> {
-  // Two literal imports: bundlers find them, and a page downloads only the one that it uses. TypeScript does not look
-  // them up, so that the package can be built without them.
+  // Literal imports, so that bundlers find them and pages download only the one they use. The assertions keep TypeScript
+  // from resolving them, so that this package compiles without them.
   try {
     return device === "webgpu"
       ? ((await import("onnxruntime-web/webgpu" as string)) as Runtime)
@@ -93,7 +93,7 @@ async function load(device: "wasm" | "webgpu"): Promise<Runtime> {
   }
 }
 
-/** Sets the runtime up. It reads this when its first network is prepared, and never again. */
+/** Configures the runtime, which reads this once, when the first network is loaded. */
 export function configure(
   wasm: { wasmPaths?: WasmPaths; numThreads?: number },
   { wasmPaths, threads = 1 }: RuntimeOptions,
@@ -102,8 +102,8 @@ export function configure(
   if (wasmPaths !== undefined) wasm.wasmPaths = wasmPaths;
 }
 
-/** The runtime cannot do two things at once. */
-export const inTurn = turns();
+/** Runs tasks one after another, as the runtime does not support concurrent calls. */
+export const exclusively = serialQueue();
 
 function wrap({ Tensor }: Runtime, session: RawSession): Session {
   return {
@@ -120,13 +120,13 @@ function wrap({ Tensor }: Runtime, session: RawSession): Session {
           return [session.inputNames[i] ?? String(i), new Tensor(type, data, dims)];
         }),
       );
-      const outputs = await inTurn(() => session.run(feeds)).catch((cause: unknown) => {
+      const outputs = await exclusively(() => session.run(feeds)).catch((cause: unknown) => {
         throw modelError("the network could not be run", cause);
       });
       const output = outputs[session.outputNames[0] ?? ""];
       if (!output) throw modelError("the network has no output");
       return output;
     },
-    dispose: () => inTurn(() => session.release()),
+    dispose: () => exclusively(() => session.release()),
   };
 }

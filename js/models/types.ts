@@ -1,39 +1,39 @@
-/** Where a network's weights are: an address, or the bytes themselves. */
+/** The weights of a network: a URL or the bytes. */
 export type Weights = string | URL | ArrayBuffer | Uint8Array;
 
-/** How far a network's download or work has come. */
+/** Progress of loading or running a network. */
 export interface ModelProgress {
-  /** `download` of the weights, `prepare` of the network from them, `run` of the network. */
+  /** Downloading the weights, initializing the network, or running it. */
   stage: "download" | "prepare" | "run";
-  /** How much of the stage is done, 0 to 1; 0 while a download's size is unknown. */
+  /** Completed fraction of the stage, 0 to 1; 0 while the size of a download is unknown. */
   fraction: number;
-  /** Bytes that have arrived; of a download only. */
+  /** Bytes downloaded so far. */
   loaded?: number;
-  /** Bytes of the whole download; 0 where the host does not tell. */
+  /** Size of the download in bytes; 0 if unknown. */
   total?: number;
 }
 
-/** How a call that loads or runs a network behaves. */
+/** Options of calls that load or run a network. */
 export interface ModelCallOptions {
-  /** Called as the work goes on. An exception thrown here rejects the call. */
+  /** Called as work progresses. An exception thrown here rejects the call. */
   onProgress?: ((progress: ModelProgress) => void) | undefined;
   /**
-   * Ends a download at once. A network that is running on this thread cannot be stopped: the call rejects when it pauses,
-   * and its result is dropped.
+   * Aborts a download at once. A network running on this thread cannot be interrupted: the call rejects when the network
+   * yields, and the result is discarded.
    */
   signal?: AbortSignal | undefined;
 }
 
-/** Where ONNX Runtime's own wasm is: a folder that ends with a slash, or its two files. */
+/** Location of ONNX Runtime's wasm: the URL of a folder, with a trailing slash, or of the two files. */
 export type WasmPaths = string | { mjs?: string | URL; wasm?: string | URL };
 
-/** How ONNX Runtime is set up. It is one for the whole program: what is set first stays in force. */
+/** Configuration of ONNX Runtime. It is global: the first values remain in effect. */
 export interface RuntimeOptions {
   /**
-   * Where the runtime's own wasm is served from. By default where your bundler put it, or next to the runtime's script; no
-   * other host is asked.
+   * Location of the runtime's wasm. By default where your bundler put it, or next to the runtime's script; never another
+   * host.
    */
   wasmPaths?: WasmPaths | undefined;
-  /** Threads of the wasm backend (default 1). More need a page that is cross-origin isolated. */
+  /** Threads of the wasm backend (default 1). More than one requires a cross-origin isolated page. */
   threads?: number | undefined;
 }

@@ -6,16 +6,16 @@ import { compile as compileFetched, fetchFile as fetchRemote, type Port } from "
 
 export type { Port } from "./browser.js";
 
-export function spawn(onReply: (reply: Reply) => void, onDeath: (cause: Error) => void): Port {
-  // The program's own flags (--input-type, --test …) are not for the worker.
+export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) => void): Port {
+  // Flags of the process such as --input-type or --test must not be passed on.
   const worker = new Worker(new URL("../worker/node.js", import.meta.url), { execArgv: [] });
   worker.on("message", onReply);
-  worker.on("messageerror", onDeath);
-  worker.on("error", onDeath);
-  worker.on("exit", (status) => onDeath(new Error(`the worker ended with status ${status}`)));
+  worker.on("messageerror", onExit);
+  worker.on("error", onExit);
+  worker.on("exit", (status) => onExit(new Error(`the worker ended with status ${status}`)));
   return {
     post: (request, transfer) => worker.postMessage(request, transfer),
-    busy: (yes) => (yes ? worker.ref() : worker.unref()),
+    busy: (busy) => (busy ? worker.ref() : worker.unref()),
     terminate: () => void worker.terminate(),
   };
 }

@@ -1,7 +1,7 @@
 // The Web Worker of a page.
 import { serve, type Reply, type Request } from "./serve.js";
 
-/** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library has only the window's. */
+/** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
 interface WorkerScope {
   onmessage: ((event: MessageEvent<Request>) => void) | null;
   postMessage(reply: Reply, transfer?: ArrayBuffer[]): void;

@@ -1,4 +1,4 @@
-// The worker thread of a Node program.
+// The worker thread in Node.
 import { parentPort } from "node:worker_threads";
 import { serve, type Reply, type Request } from "./serve.js";
 

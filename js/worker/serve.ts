@@ -2,20 +2,20 @@ import type { Call, Result } from "../calls.js";
 import { core, run } from "../core.js";
 import type { ErrorRecord } from "../errors.js";
 import { recordOf } from "../instance.js";
-import { buffersOf } from "../own.js";
+import { buffersOf } from "../transfer.js";
 import type { Progress } from "../types.js";
 
-/** What the host sends: one call at a time. The compiled module comes along, so the worker loads nothing. */
+/** A message to the worker: one call, with the compiled module so that the worker need not load it. */
 export interface Request {
   module: WebAssembly.Module;
   call: Call;
 }
 
-/** What the worker says: `ready` when its script has been loaded; for a call any number of `progress`, then `result` or `error`. */
+/** A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, then `result` or `error`. */
 export type Reply =
   { ready: true } | { progress: Progress } | { result: Result } | { error: ErrorRecord };
 
-/** Works on one request. */
+/** Handles one request. */
 export async function serve(
   { module, call }: Request,
   post: (reply: Reply, transfer: ArrayBuffer[]) => void,

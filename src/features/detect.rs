@@ -68,12 +68,12 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
 
 fn check(options: &DetectOptions) -> Result<()> {
     let (contrast, edge) = (options.contrast_threshold, options.edge_threshold);
-    if !(contrast > 0.0 && contrast <= 1.0) {
-        let expected = "above 0 and at most 1";
+    if !(0.0..=1.0).contains(&contrast) {
+        let expected = "from 0 to 1";
         return Err(Error::InvalidArgument { name: "contrastThreshold", expected, value: contrast }.into());
     }
-    if !(1.0..=1e6).contains(&edge) {
-        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "from 1 to 1000000", value: edge }.into());
+    if !(1.0..=f64::MAX).contains(&edge) {
+        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "a number of at least 1", value: edge }.into());
     }
     Ok(())
 }

@@ -3,9 +3,9 @@
 use js_sys::{Uint8Array, Uint16Array};
 use wasm_bindgen::prelude::*;
 
-use super::convert::{bytes_from_js, image_from_js, image_to_js, mask_from_js, sized, to_js_error};
+use super::convert::{bytes_from_js, image_from_js, image_to_js, invalid, mask_from_js, sized, to_js_error};
 use crate::codecs::{self, Samples};
-use crate::{Error, ImageView, Result, Stage};
+use crate::{ImageView, Result, Stage};
 
 /// Decodes a PNG or JPEG, turned upright by its EXIF orientation.
 #[wasm_bindgen(js_name = decodeImage, unchecked_return_type = "ImageOutput")]
@@ -73,9 +73,7 @@ pub fn encode_jpeg(
     raise(|| {
         let value = quality.as_f64().unwrap_or(f64::NAN);
         if !(1.0..=100.0).contains(&value) || value.trunc() != value {
-            return Err(
-                Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value }.into()
-            );
+            return Err(invalid("quality", "a whole number from 1 to 100", quality));
         }
         let (data, width, height) = image_from_js("image", image)?;
         let jpeg = codecs::encode_jpeg(ImageView::new("image", &data, width, height)?, value as u8)?;
@@ -89,10 +87,8 @@ fn raise(work: impl FnOnce() -> Result<JsValue>) -> std::result::Result<JsValue,
 
 /// Infinity is a limit too: none.
 fn pixel_limit(value: &JsValue) -> Result<u64> {
-    let value = value.as_f64().unwrap_or(f64::NAN);
-    if value >= 1.0 {
-        Ok(value as u64)
-    } else {
-        Err(Error::InvalidArgument { name: "maxPixels", expected: "a number of at least 1", value }.into())
+    match value.as_f64().filter(|pixels| *pixels >= 1.0) {
+        Some(pixels) => Ok(pixels as u64),
+        None => Err(invalid("maxPixels", "a number of at least 1", value)),
     }
 }

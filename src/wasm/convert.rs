@@ -30,9 +30,31 @@ pub(crate) fn put(object: &JsValue, name: &str, value: JsValue) {
     let _ = Reflect::set(object, &JsValue::from_str(name), &value);
 }
 
-/// The error for an argument that is not what it should be.
-pub(crate) fn invalid(name: &'static str, expected: &'static str) -> Box<Error> {
-    Error::InvalidArgument { name, expected, value: f64::NAN }.into()
+/// The error for an argument or option that is not what it should be.
+pub(crate) fn invalid(name: &'static str, expected: &'static str, given: &JsValue) -> Box<Error> {
+    match given.as_f64() {
+        Some(value) => Error::InvalidArgument { name, expected, value },
+        None => Error::WrongType { name, expected, got: describe(given) },
+    }
+    .into()
+}
+
+/// A value as it appears in a message: strings quoted, objects by their class.
+fn describe(value: &JsValue) -> String {
+    const LONGEST: usize = 40;
+    if let Some(text) = value.as_string() {
+        let shown: String = text.chars().take(LONGEST).collect();
+        return format!("\"{shown}{}\"", if shown.len() < text.len() { "…" } else { "" });
+    }
+    if value.is_null() {
+        return "null".into();
+    }
+    let kind = if value.is_object() {
+        js_sys::Object::get_prototype_of(value).constructor().name()
+    } else {
+        value.js_typeof().into()
+    };
+    kind.as_string().unwrap_or_default()
 }
 
 /// Width and height of `{ width, height }`.
@@ -48,11 +70,10 @@ pub(crate) fn size_from_js(name: &'static str, value: &JsValue) -> Result<(usize
 
 /// A whole number from `least` to 2³²−1.
 pub(crate) fn whole(value: &JsValue, least: f64, name: &'static str, expected: &'static str) -> Result<usize> {
-    let value = value.as_f64().unwrap_or(f64::NAN);
-    if value >= least && value <= f64::from(u32::MAX) && value.trunc() == value {
-        Ok(value as usize)
-    } else {
-        Err(Error::InvalidArgument { name, expected, value }.into())
+    let within = |number: &f64| *number >= least && *number <= f64::from(u32::MAX) && number.trunc() == *number;
+    match value.as_f64().filter(within) {
+        Some(number) => Ok(number as usize),
+        None => Err(invalid(name, expected, value)),
     }
 }
 
@@ -75,7 +96,8 @@ pub(crate) fn mask_from_js(name: &'static str, value: &JsValue) -> Result<(Vec<u
 fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<(Vec<u8>, usize, usize)> {
     let (width, height) = size_from_js(name, value)?;
     let expected = "an object whose data is a Uint8Array or Uint8ClampedArray";
-    let view = byte_view(&get(value, "data")).ok_or_else(|| invalid(name, expected))?;
+    let data = get(value, "data");
+    let view = byte_view(&data).ok_or_else(|| invalid(name, expected, &data))?;
     check_len(name, view.length() as usize, width, height, channels)?;
     Ok((copy(&view)?, width, height))
 }
@@ -86,7 +108,7 @@ fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<
 /// `invalid-argument` for anything else, `out-of-memory`.
 #[cfg(feature = "codecs")]
 pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u8>> {
-    copy(&byte_view(value).ok_or_else(|| invalid(name, "a Uint8Array"))?)
+    copy(&byte_view(value).ok_or_else(|| invalid(name, "a Uint8Array", value))?)
 }
 
 /// `{ data: Uint8ClampedArray, width, height }`, owned by JavaScript.

@@ -29,17 +29,18 @@ pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -
         return Ok(None);
     }
     let (width, height) = size_from_js(name, value)?;
-    let kind = match get(value, "kind").as_string().as_deref() {
+    let kind = get(value, "kind");
+    let kind = match kind.as_string().as_deref() {
         Some("inverse") => DepthKind::Inverse,
         Some("metric") => DepthKind::Metric,
-        _ => return Err(invalid(name, "an object whose kind is 'inverse' or 'metric'")),
+        _ => return Err(invalid(name, "an object whose kind is 'inverse' or 'metric'", &kind)),
     };
     let data = get(value, "data");
     if !data.is_instance_of::<Float32Array>()
         && !data.is_instance_of::<Uint16Array>()
         && !data.is_instance_of::<Uint8Array>()
     {
-        return Err(invalid(name, "an object whose data is a Float32Array, Uint16Array or Uint8Array"));
+        return Err(invalid(name, "an object whose data is a Float32Array, Uint16Array or Uint8Array", &data));
     }
     // Read as floats, whichever they are: `set` converts.
     let data: &Float32Array = data.unchecked_ref();
@@ -66,7 +67,7 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
     let (Some(keypoints), Some(descriptors)) =
         (keypoints.dyn_ref::<Float32Array>(), descriptors.dyn_ref::<Uint8Array>())
     else {
-        return Err(invalid(name, "an object whose keypoints are a Float32Array and descriptors a Uint8Array"));
+        return Err(invalid(name, "an object whose keypoints are a Float32Array and descriptors a Uint8Array", value));
     };
     let count = descriptors.length() as usize / 128;
     check_length(name, descriptors.length(), 128 * count)?;
@@ -86,7 +87,7 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
 pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
     let name = "matches";
     let Some(array) = value.dyn_ref::<Float32Array>() else {
-        return Err(invalid(name, "a Float32Array of xt, yt, xr, yr"));
+        return Err(invalid(name, "a Float32Array of xt, yt, xr, yr", value));
     };
     check_length(name, array.length(), array.length() as usize / 4 * 4)?;
     let flat = floats(array)?;
@@ -100,7 +101,10 @@ pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
 
 /// The matches among the inputs, where there are any.
 pub(super) fn optional_matches(inputs: &JsValue) -> Result<Option<Vec<Match>>> {
-    Some(get(inputs, "matches")).filter(|given| !given.is_undefined()).map(|given| matches(&given)).transpose()
+    Some(get(inputs, "matches"))
+        .filter(|given| !given.is_undefined() && !given.is_null())
+        .map(|given| matches(&given))
+        .transpose()
 }
 
 /// A `Model`.
@@ -108,7 +112,7 @@ pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
     let numbers = |key: &str, numbers: &mut [f64]| {
         let array = get(value, key);
         let Some(array) = array.dyn_ref::<Float64Array>() else {
-            return Err(invalid(name, "an object whose h and e are Float64Arrays"));
+            return Err(invalid(name, "an object whose h and e are Float64Arrays", value));
         };
         check_length(name, array.length(), numbers.len())?;
         array.copy_to(numbers);

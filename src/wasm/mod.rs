@@ -14,6 +14,8 @@ mod options;
 #[cfg(feature = "core")]
 mod results;
 #[cfg(feature = "core")]
+mod specs;
+#[cfg(feature = "core")]
 mod stages;
 
 /// The public types, part of the declarations of either module.

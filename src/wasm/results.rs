@@ -33,25 +33,25 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
         ModelKind::TwoView => "two-view",
         ModelKind::Homography => "homography",
     };
-    let remarks = Array::new();
+    let list_of_warnings = Array::new();
     for warning in warnings {
-        let remark = Object::new().into();
-        put(&remark, "code", warning.code().into());
-        put(&remark, "message", warning.message().into());
-        remarks.push(&remark);
+        let object = Object::new().into();
+        put(&object, "code", warning.code().into());
+        put(&object, "message", warning.message().into());
+        list_of_warnings.push(&object);
     }
     let report = numbers(&[
         ("matches", geometry.inliers.len() as f64),
         ("usable", geometry.usable as f64),
         ("inliers", count as f64),
-        ("followed", geometry.followed as f64),
+        ("tracked", geometry.followed as f64),
         ("threshold", geometry.threshold),
         ("trials", f64::from(geometry.trials)),
     ]);
     put(&report, "model", kind.into());
     put(&report, "residual", list(&geometry.residual));
     put(&report, "focalLength", geometry.focal.map_or(JsValue::NULL, JsValue::from));
-    put(&report, "warnings", remarks.into());
+    put(&report, "warnings", list_of_warnings.into());
     put(to, "forward", model(&geometry.forward));
     put(to, "reverse", model(&geometry.reverse));
     put(to, "inliers", Uint8Array::from(inliers.as_slice()).into());

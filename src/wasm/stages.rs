@@ -53,7 +53,7 @@ extern "C" {
     #[wasm_bindgen(typescript_type = "Alignment")]
     pub type AlignmentObject;
     /// What `blend` may know besides the photos.
-    #[wasm_bindgen(typescript_type = "{ readonly trusted?: Mask | null | undefined }")]
+    #[wasm_bindgen(typescript_type = "{ readonly reliable?: Mask | null | undefined }")]
     pub type BlendInputs;
     /// Both models.
     #[wasm_bindgen(typescript_type = "Models")]
@@ -251,7 +251,7 @@ pub fn align(
         results::add_depth(&result, &aligned.depth);
         let void_distance = aligned.void_distance(photos.target().image, options.warp.void_distance);
         put(&result, "voidDistance", void_distance.into());
-        put(&result, "trusted", aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
+        put(&result, "reliable", aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
         Ok(result)
     })
     .map(JsCast::unchecked_into)
@@ -294,9 +294,9 @@ pub fn blend(
         let options = options::from_js(options)?.blend;
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
-        let trusted = Some(get(inputs, "trusted")).filter(|mask| mask.is_truthy());
-        let trusted = trusted.map(|mask| inputs::mask("trusted", &mask)).transpose()?;
-        let mosaic = mosaic::blend(&warped, reference.view(), trusted.as_ref(), &options, observer)?;
+        let reliable = Some(get(inputs, "reliable")).filter(|mask| mask.is_truthy());
+        let reliable = reliable.map(|mask| inputs::mask("reliable", &mask)).transpose()?;
+        let mosaic = mosaic::blend(&warped, reference.view(), reliable.as_ref(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_mosaic(&result, &mosaic);
         Ok(result)

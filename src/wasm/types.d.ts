@@ -1,36 +1,36 @@
-/** An RGBA picture, 8 bit, row by row from the top left: an `ImageData` fits. The alpha of an input is ignored. */
+/** An 8-bit RGBA image in row-major order, such as an `ImageData`. The alpha of inputs is ignored. */
 export interface ImageInput {
   readonly data: Uint8ClampedArray | Uint8Array;
   readonly width: number;
   readonly height: number;
 }
 
-/** An RGBA picture that came out. Alpha is validity: 255 where there is a picture, 0 elsewhere. */
+/** An RGBA image in a result. Alpha is validity: 255 for valid pixels, 0 elsewhere. */
 export interface ImageOutput {
   data: Uint8ClampedArray<ArrayBuffer>;
   width: number;
   height: number;
 }
 
-/** One byte per pixel, 255 for yes and 0 for no. */
+/** One byte per pixel: 255 is set, 0 is not. */
 export interface Mask {
   data: Uint8Array<ArrayBuffer>;
   width: number;
   height: number;
 }
 
-/** A depth map, of any size; it is resampled to its photo's. */
+/** A depth map of any size. It is resampled bilinearly to the size of its image. */
 export interface DepthInput {
   readonly data: Float32Array | Uint16Array | Uint8Array;
   readonly width: number;
   readonly height: number;
   /** `inverse`: larger is nearer (Depth Anything, MiDaS, disparity). `metric`: distance, in any unit. */
   readonly kind: "inverse" | "metric";
-  /** The value that means "unknown". Values that are not finite, and metric ones not above 0, are unknown anyway. */
+  /** The value that means "unknown". Non-finite values and metric depth that is not positive are always unknown. */
   readonly invalid?: number | null | undefined;
 }
 
-/** An inverse-depth map that came out, of its photo's size: it fits as an input. */
+/** An inverse depth map in a result, of the size of its image. It can be passed as an input. */
 export interface DepthOutput {
   data: Float32Array<ArrayBuffer>;
   width: number;
@@ -38,6 +38,7 @@ export interface DepthOutput {
   kind: "inverse";
 }
 
+/** A stage of the pipeline, in progress reports, errors and times. */
 export type Stage =
   | "input"
   | "detect"
@@ -50,136 +51,167 @@ export type Stage =
   | "blend"
   | "fill";
 
-/** Every setting. Each is optional where options are passed; `defaultOptions()` has the defaults. */
+/** All options with their values. Calls take any subset; `defaultOptions()` returns the defaults. */
 export interface Options {
-  /** Which defaults the other settings have: this package's own, or those of the published method. */
+  /**
+   * Selects the defaults of all other options: this package's own, or with "paper" those of the
+   * published method.
+   */
   mode: "default" | "paper";
-  /** Photos whose longer side has more pixels are matched at this size; 0 matches all at their own. */
+  /**
+   * Longer side to which larger images are downscaled for feature matching; 0 matches at full
+   * resolution. Unit: px.
+   */
   matchSize: number;
-  /** Most keypoints that are described in a photo. */
+  /** Maximum number of keypoints described per image. */
   maxKeypoints: number;
-  /** Least contrast of a keypoint, as a share of the range of brightness (Lowe: 0.04). */
+  /** Minimum contrast of a keypoint, as a fraction of the intensity range (Lowe: 0.04). */
   contrastThreshold: number;
-  /** Largest ratio of principal curvatures of a keypoint: longer edges are no points. */
+  /** Maximum ratio of the principal curvatures at a keypoint; points on edges exceed it. */
   edgeThreshold: number;
-  /** Whether the contrast asked for drops until there are enough keypoints all over the photo. */
+  /** Lowers the contrast threshold until there are enough keypoints in all parts of the image. */
   adaptiveContrast: boolean;
-  /** Whether photos are doubled before the search, which finds the smallest features. */
+  /** Upsamples images by 2 before detection, which finds the smallest features. */
   upsample: boolean;
-  /** Whether descriptors are compared by their square roots (RootSIFT). */
+  /** Compares descriptors by their element-wise square roots (RootSIFT). */
   rootSift: boolean;
-  /** A match must be closer than this many times the second best. */
+  /** Ratio test: maximum distance to the nearest descriptor, relative to the second nearest. */
   matchRatio: number;
-  /** Whether both features of a match must be each other's best. */
+  /** Keeps only mutual nearest neighbours (cross-check). */
   mutual: boolean;
-  /** Whether own matches are searched again along the epipolar lines once the geometry is known. */
+  /**
+   * Matches again along the epipolar lines once the geometry is known, and keeps the result if it
+   * fits better.
+   */
   guidedMatching: boolean;
-  /** Without depth maps: depth from the two photos themselves, or alignment by a homography. */
+  /** Without depth maps: estimates depth from the two images, or aligns them by a homography. */
   withoutDepth: "two-view" | "homography";
-  /** What picks the inliers: the paper's depth-RANSAC, or one of the two it compares with. */
+  /**
+   * Model that selects the inliers: the paper's depth model, or one of the two it is compared with.
+   */
   robustFit: "depth" | "homography" | "multi-homography";
-  /** Largest transfer error of an inlier in pixels of the reference, or `"paper"`: 0.1 in normalised coordinates. */
+  /**
+   * Maximum transfer error of an inlier in pixels of the reference, or "paper": 0.1 in normalized
+   * coordinates. Unit: px.
+   */
   threshold: number | "paper";
-  /** Chance, 0 to 1, that one sample at least was free of outliers when sampling stops. */
+  /** Sampling stops when the probability that one sample was free of outliers reaches this. */
   confidence: number;
-  /** Most samples to draw. */
+  /** Maximum number of samples drawn by the robust estimator. */
   maxTrials: number;
-  /** Seed of the sampler, a whole number from 0 to 2³²−1. The same seed gives the same bytes. */
+  /** Seed of the sampler; the same inputs and seed give the same bytes. */
   seed: number;
   /**
-   * Whether rotation, translation and one focal length are fitted instead of twelve free numbers: where that explains
+   * Fits rotation, translation and focal length instead of twelve free parameters: if they explain
    * the matches as well, always, or never.
    */
   calibration: "auto" | "always" | "off";
-  /** Focal length of the target in its pixels where it is known, 0 where it is not. */
+  /** Focal length of the target; 0 if unknown. Unit: px. */
   focalLength: number;
-  /** Whether inverse depth is refined along the epipolar lines. */
+  /** Refines inverse depth by stereo matching along the epipolar lines. */
   refinement: "epipolar" | "none";
-  /** How far the refinement looks, in pixels both ways; 0 for as far as the matches' residuals suggest. */
+  /**
+   * Search range of the refinement, in both directions; 0 derives it from the residuals of the
+   * matches. Unit: px.
+   */
   refinementRange: number;
-  /** How the target is rendered: the paper's full way, or one of its ablations. */
+  /** How the target is rendered: the paper's complete method, or one of its ablations. */
   warpMode: "forward" | "backward" | "backward+void" | "optimal";
-  /** Columns of grid cells over the target; 0 for one vertex per pixel. */
+  /** Columns of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
   gridColumns: number;
-  /** Rows of grid cells over the target; 0 for one vertex per pixel. */
+  /** Rows of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
   gridRows: number;
-  /** Where a depth map has no value: take the nearest known one, or draw nothing there. */
+  /** Where a depth map has no value: uses the nearest known one, or draws nothing. */
   holes: "nearest" | "drop";
   /**
-   * β: where forward and reverse model disagree by more than this share of the target's diagonal is a void; by less where
-   * the colours differ by more than they mostly do. Down to half of it with depth from the two photos alone.
+   * β: a pixel is void where forward and reverse model disagree by more than this. Unless mode is
+   * "paper", less is enough where the colours differ unusually, and with depth from the images
+   * alone it is reduced by up to half. Unit: × target diagonal.
    */
   voidDistance: number;
-  /** Outside the reference, a cell longer than this many times the average cell is a void. */
+  /** Outside the reference, a warped cell longer than this is void. Unit: × average cell. */
   stretchLimit: number;
-  /** How far the canvas may reach beyond each side of the reference, in reference sizes. */
+  /** How far the canvas may extend beyond each side of the reference. Unit: × reference size. */
   canvasLimit: number;
-  /** How the target's exposure is fitted to the reference's: by a smooth field of gains, by one gain, or not at all. */
+  /**
+   * Adapts the target's exposure to the reference's: by a smooth field of gains, by one gain per
+   * channel, or not at all.
+   */
   exposure: "field" | "gain" | "none";
-  /** Whether a seam decides which photo shows where both do. */
+  /** Selects one image per pixel of the overlap by a minimum cut, or blends both everywhere. */
   seam: "cut" | "none";
-  /** How the photos are blended. */
+  /** How the images are blended. */
   blending: "multiband" | "feather" | "average";
-  /** Pixels from one end of a feathered ramp to the other. */
+  /** Width of the ramp of feather blending. Unit: px. */
   feather: number;
-  /** Bands of the multiband blending; 0 for as many as the photos' size asks for. */
+  /** Number of bands of multiband blending; 0 derives it from the image size. */
   bands: number;
-  /** How the mosaic's inner voids are filled: from similar places farther back, smoothly from their borders, or not. */
+  /**
+   * How voids inside the mosaic are filled: by PatchMatch with patches of the background, by
+   * coherence transport from the border, or not at all.
+   */
   fill: "exemplar" | "smooth" | "none";
-  /** Radius in pixels of the neighbourhood that a filled pixel is drawn from. */
+  /**
+   * Radius of the neighbourhood of a pixel filled by coherence transport; time grows with its
+   * square. Unit: px.
+   */
   fillRadius: number;
-  /** How wide a void may be to be filled, as a share of the picture's size; wider ones stay transparent. Only `"exemplar"`. */
+  /**
+   * Voids wider than this stay transparent except where they narrow; applies to "exemplar". Unit: ×
+   * √(valid pixels).
+   */
   fillMaxWidth: number;
-  /** Most bytes the core may take; a larger job is refused before anything is allocated. */
+  /** Memory limit; a larger job is rejected before anything is allocated. Unit: bytes. */
   maxBytes: number;
 }
 
+/** Size of an image in pixels. */
 export interface Size {
   readonly width: number;
   readonly height: number;
 }
 
-/** Depth maps of the two photos. Where one is missing it is derived from the other, where both are, from the photos. */
+/** Depth maps of the two images. A missing map is derived from the other one; if both are missing, depth is estimated from the images. */
 export interface Depths {
-  readonly targetDepth?: DepthInput | undefined;
-  readonly referenceDepth?: DepthInput | undefined;
+  readonly targetDepth?: DepthInput | null | undefined;
+  readonly referenceDepth?: DepthInput | null | undefined;
 }
 
-/** What `stitch` takes besides the photos. */
+/** Inputs of `stitch` and `align` besides the images. */
 export interface StitchInputs extends Depths {
-  /** xt, yt, xr, yr of every match, in pixels. Without them, SIFT features are detected and matched. */
-  readonly matches?: Float32Array | undefined;
-  /** Whether the result is to have the inverse depth that the photos were warped with (default `false`). */
+  /** xt, yt, xr, yr of every match, in pixels. By default, SIFT features are detected and matched. */
+  readonly matches?: Float32Array | null | undefined;
+  /** Whether to return the inverse depth that was used (default `false`). */
   readonly outputDepth?: boolean | undefined;
 }
 
-/** The features of a photo, strongest first. */
+/** The features of an image, strongest first. */
 export interface Features {
-  /** Five numbers each: x, y and scale (σ) in pixels, angle in radians, response. */
+  /** Five numbers per keypoint: x, y and scale (σ) in pixels, angle in radians, response. */
   keypoints: Float32Array<ArrayBuffer>;
-  /** 128 bytes each. */
+  /** 128 bytes per keypoint. */
   descriptors: Uint8Array<ArrayBuffer>;
-  /** Width of the photo. */
+  /** Width of the image. */
   width: number;
-  /** Height of the photo. */
+  /** Height of the image. */
   height: number;
 }
 
-/** Which features of two photos show the same thing. */
+/** Corresponding features of two images. */
 export interface Matches {
-  /** xt, yt, xr, yr of every match, in pixels: what `stitch` and `estimate` take. */
+  /** xt, yt, xr, yr of every match, in pixels, as `stitch` and `estimate` take them. */
   matches: Float32Array<ArrayBuffer>;
-  /** The places of every match's two features in their lists: target, reference. */
+  /** Indices of the two features of every match: target, reference. */
   pairs: Uint32Array<ArrayBuffer>;
 }
 
-/** The features of both photos, and their matches. */
+/** The features of both images and their matches. */
 export interface ImageMatches extends Matches {
   target: Features;
   reference: Features;
 }
 
-/** What `estimate` takes. */
+/** Inputs of `estimate`. */
 export interface EstimateInputs extends Depths {
   readonly targetSize: Size;
   readonly referenceSize: Size;
@@ -187,13 +219,13 @@ export interface EstimateInputs extends Depths {
   readonly matches: Float32Array;
 }
 
-/** x' ~ h·(x, y, 1) + e·d(x): `h` is 3×3 row by row, `e` the epipole scaled with inverse depth. */
+/** The map x' ~ h·(x, y, 1) + e·d(x): `h` is a 3×3 matrix in row-major order, `e` the epipole, `d` inverse depth. */
 export interface Model {
   h: Float64Array;
   e: Float64Array;
 }
 
-/** The maps both ways. */
+/** The maps in both directions. */
 export interface Models {
   /** Target to reference. */
   forward: Model;
@@ -201,83 +233,84 @@ export interface Models {
   reverse: Model;
 }
 
-/** Something a person should know about a result that is not an error. */
-export interface Remark {
-  /** Stable, for programs: `parallax-unobservable`, `few-inliers`, `poor-alignment`, … */
+/** A warning about a result. */
+export interface Warning {
+  /** Stable code: `parallax-unobservable`, `few-inliers`, `poor-alignment`, … */
   code: string;
-  /** One sentence for people. */
+  /** One sentence for users. */
   message: string;
 }
 
-/** Both models and how they were found. */
+/** Both models and how they were estimated. */
 export interface Geometry extends Models {
-  /** One flag (0 or 1) per match passed, in the same order. */
+  /** One flag (0 or 1) per match, in the same order. */
   inliers: Uint8Array<ArrayBuffer>;
   report: FitReport;
 }
 
+/** How the geometry was estimated. */
 export interface FitReport {
   /**
-   * What was fitted: H∞ and e' freely (`depth`), from rotation, translation and focal length (`calibrated`), with depth
-   * from the matches alone (`two-view`), or without parallax (`homography`).
+   * The model: H∞ and e' with twelve free parameters (`depth`), parametrized by rotation, translation and focal length
+   * (`calibrated`), with depth from the matches alone (`two-view`), or without parallax (`homography`).
    */
   model: "depth" | "calibrated" | "two-view" | "homography";
-  /** Focal length in pixels of the target, where one was fitted or given. */
+  /** Focal length in pixels of the target, if one was estimated or given. */
   focalLength: number | null;
-  /** Matches passed. */
+  /** Number of matches. */
   matches: number;
-  /** Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped. */
+  /** Matches without those that are not finite, outside the images, duplicates, or without depth. */
   usable: number;
   inliers: number;
   /**
-   * Points followed over the overlap that were fitted besides the matches: where the depth errs hardly more than they do.
-   * Not by `estimate`, which sees no pixels.
+   * Points tracked across the overlap (Lucas–Kanade) and fitted in addition to the matches. This is done only if the
+   * depth is about as accurate as the matches, and never by `estimate`, which does not see the images.
    */
-  followed: number;
-  /** The threshold that chose the inliers, in pixels of the reference. */
+  tracked: number;
+  /** The inlier threshold used, in pixels of the reference. */
   threshold: number;
-  /** Samples drawn. */
+  /** Number of samples drawn. */
   trials: number;
-  /** Median transfer error of the inliers, and of the points followed, in pixels: forward, reverse. */
+  /** Median transfer error of the inliers and the tracked points, in pixels: forward, reverse. */
   residual: [number, number];
-  warnings: Remark[];
+  warnings: Warning[];
 }
 
-/** The target as the reference's camera would see it, on a canvas that holds both photos. */
+/** The target as seen by the reference's camera, on a canvas that contains both images. */
 export interface Warped {
   warped: ImageOutput;
-  /** Where any cell of the target was drawn, voided ones included. */
+  /** Pixels covered by any cell of the target, including those declared void. */
   footprint: Mask;
-  /** Canvas position of the reference's top left pixel. */
+  /** Position of the reference's top left pixel on the canvas. */
   offset: { x: number; y: number };
-  /** Whether part of the target lay beyond the canvas limit. */
+  /** Whether part of the target was cut off by the canvas limit. */
   clipped: boolean;
 }
 
-/** The two photos on one canvas. */
+/** The two images on one canvas. */
 export interface Mosaic {
   mosaic: ImageOutput;
-  /** Pixels inside the target's footprint that neither photo covers. */
+  /** Pixels inside the target's footprint that neither image covers. */
   voidMask: Mask;
-  /** Which photo shows: 0 none, 1 the target, 2 the reference, 3 both alike. */
+  /** The image that each pixel comes from: 0 none, 1 the target, 2 the reference, 3 both. */
   seam: Mask;
-  /** What the target's red, green and blue were multiplied by in linear light, on average over the overlap. */
+  /** Exposure compensation: mean factor of the target's red, green and blue over the overlap, in linear light. */
   gains: [number, number, number];
 }
 
-/** Agreement over the overlap. Quote PSNR only together with coverage. */
+/** Agreement of the images over the overlap. PSNR means nothing without coverage: dropping pixels raises it. */
 export interface Quality {
-  /** PSNR in dB over the overlap's bounding box, both black outside the overlap (the authors' measure). */
+  /** PSNR in dB over the bounding box of the overlap, both images black outside the overlap (the paper's measure). */
   psnrBbox: number;
   ssimBbox: number;
-  /** PSNR in dB over valid pixels only. */
+  /** PSNR in dB over the valid pixels only. */
   psnrMask: number;
   ssimMask: number;
-  /** Valid share of the reference, 0 to 1. */
+  /** Valid fraction of the reference, 0 to 1. */
   coverage: number;
 }
 
-/** A rectangle of whole pixels. */
+/** A rectangle in pixels. */
 export interface Rect {
   x: number;
   y: number;
@@ -285,29 +318,31 @@ export interface Rect {
   height: number;
 }
 
-/** The first half of the whole way: what `warp` needs besides the photos. */
+/** The first half of `stitch`: everything that `warp` needs besides the images. */
 export interface Alignment extends Geometry {
-  /** xt, yt, xr, yr of every match, passed or found. */
+  /** xt, yt, xr, yr of every match, given or found. */
   matches: Float32Array<ArrayBuffer>;
-  /** The inverse depth that goes with the models, where there is any. */
+  /** Inverse depth of the target; absent for a homography. */
   targetDepth?: DepthOutput;
+  /** Inverse depth of the reference; absent for a homography. */
   referenceDepth?: DepthOutput;
-  /** The option to warp with: with depth from the two photos alone less than what was asked for. */
+  /** The option to pass to `warp`: smaller than the one given if depth comes from the images alone. */
   voidDistance: number;
-  /** Reference pixels whose depth the refinement is sure of; null without refinement. */
-  trusted: Mask | null;
+  /** Reference pixels whose refined depth is reliable (left–right check); null without refinement. */
+  reliable: Mask | null;
 }
 
+/** Everything that `stitch` returns. */
 export interface StitchResult extends Warped, Mosaic, Geometry {
-  /** Of the mosaic, the largest rectangle without a transparent pixel, and the smallest one with everything. */
+  /** Rectangles of the mosaic: the largest one without transparent pixels, and the bounding box. */
   crop: { inner: Rect | null; bounds: Rect | null };
-  /** xt, yt, xr, yr of every match, passed or found; `inliers` has a flag for each. */
+  /** xt, yt, xr, yr of every match, given or found; `inliers` has one flag each. */
   matches: Float32Array<ArrayBuffer>;
-  /** With `outputDepth`: the inverse depth that the target was warped with, where there is any. */
+  /** With `outputDepth`: inverse depth of the target; absent for a homography. */
   targetDepth?: DepthOutput;
-  /** With `outputDepth`: that of the reference. */
+  /** With `outputDepth`: inverse depth of the reference; absent for a homography. */
   referenceDepth?: DepthOutput;
   quality: Quality;
-  /** Milliseconds of every stage that was gone through. */
+  /** Milliseconds per stage that was run. */
   times: Partial<Record<Stage, number>>;
 }

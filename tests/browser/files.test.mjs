@@ -112,7 +112,7 @@ test("takes pasted photos", async () => {
   await close();
 });
 
-test("a phone offers its camera, a desk does not", async () => {
+test("phones offer their camera, desktops do not", async () => {
   const phone = await site.open({
     viewport: { width: 390, height: 844 },
     hasTouch: true,
@@ -127,9 +127,9 @@ test("a phone offers its camera, a desk does not", async () => {
   await phone.page.setInputFiles("#reference-camera", smallFile("reference.jpg"));
   await finished(phone.page);
   await phone.close();
-  const desk = await site.open();
-  assert.ok(!(await desk.page.locator('label[for="target-camera"]').isVisible()));
-  await desk.close();
+  const desktop = await site.open();
+  assert.ok(!(await desktop.page.locator('label[for="target-camera"]').isVisible()));
+  await desktop.close();
 });
 
 test("places the files of a whole case by their names, dropped as files or as a folder", async () => {
@@ -153,9 +153,9 @@ test("says what is wrong with a photo and keeps what was there", async () => {
   // Only the header: 20 000 × 15 000 pixels, which no browser should try to hold.
   const huge = Buffer.from("89504e470d0a1a0a0000000d4948445200004e2000003a980806000000", "hex");
   for (const [name, content, words] of /** @type {const} */ ([
-    ["notes.txt", "no picture", /notes\.txt is not a picture.*JPEG, PNG or WebP/],
+    ["notes.txt", "no picture", /notes\.txt is not an image.*JPEG, PNG or WebP/],
     ["IMG_1.HEIC", heic, /HEIC photo.*this browser cannot read.*JPEG/],
-    ["huge.png", huge, /huge\.png has 20000 × 15000 pixels, more than the 120 million/],
+    ["huge.png", huge, /huge\.png has 20000 × 15000 pixels; the limit of this page is 120 million/],
     ["nothing.jpg", "", /nothing\.jpg is empty/],
     ["broken.jpg", (await readFile(smallFile("target.jpg"))).subarray(0, 300), /damaged/],
   ])) {
@@ -165,7 +165,7 @@ test("says what is wrong with a photo and keeps what was there", async () => {
   }
   await drop(page, ".masthead", [written("song.mp3", "la")]);
   await page.locator("#message", { hasText: "song.mp3" }).waitFor();
-  assert.match((await message(page)) ?? "", /None of these files fits/);
+  assert.match((await message(page)) ?? "", /None of these files can be used/);
   assertSame(await savedPicture(page), first);
   await close();
 });
@@ -178,20 +178,20 @@ test("says what is wrong with matches and depth maps", async () => {
   await page.setInputFiles("#targetDepth-file", text);
   await says(page, "targetDepth", "note", /notes\.txt cannot be read as a depth map/);
   await page.setInputFiles("#targetDepth-file", written("cut.pfm", "Pf\n40 30\n-1.0\nabc"));
-  await says(page, "targetDepth", "note", /cut\.pfm ends early: it should hold 40 × 30/);
+  await says(page, "targetDepth", "note", /cut\.pfm is truncated: it should have 40 × 30/);
   const flat =
     "\x93NUMPY\x01\x00\x46\x00{'descr': '<f4', 'fortran_order': False, 'shape': (1200,), }";
   const cut = Buffer.from(flat.padEnd(79) + "\n", "latin1");
   await page.setInputFiles("#targetDepth-file", written("flat.npy", cut));
-  await says(page, "targetDepth", "note", /flat\.npy holds no array of two dimensions/);
+  await says(page, "targetDepth", "note", /flat\.npy: has 0 bytes of data, its shape implies 4800/);
 
   await page.setInputFiles("#matches-file", smallFile("target.jpg"));
-  await says(page, "matches", "note", /is a picture/);
+  await says(page, "matches", "note", /is an image/);
   for (const [content, words] of /** @type {const} */ ([
     ["", /is empty/],
-    ["1,2,3,4\n", /does not begin with the header/],
-    ["xt,yt,xr,yr\n1,2,3,4\n1,2,x,4\n", /Line 3 of m\.csv/],
-    ["xt,yt,xr,yr\n", /no matches/],
+    ["1,2,3,4\n", /line 1 must be the header/],
+    ["xt,yt,xr,yr\n1,2,3,4\n1,2,x,4\n", /m\.csv: line 3: "x" is not a number/],
+    ["xt,yt,xr,yr\n", /contains no matches/],
   ])) {
     await page.setInputFiles("#matches-file", written("m.csv", content));
     await says(page, "matches", "note", words);
@@ -206,8 +206,8 @@ test("puts the core's errors in words and keeps the earlier result", async () =>
   await page.setInputFiles("#matches-file", written("few.csv", "xt,yt,xr,yr\n1,1,1,1\n9,9,9,9\n"));
   await settled(page);
   await page.locator("#run").click();
-  await page.locator("#message", { hasText: /of 2 can be used/ }).waitFor();
-  assert.match((await page.locator("#status").textContent()) ?? "", /earlier/);
+  await page.locator("#message", { hasText: /of 2 matches can be used/ }).waitFor();
+  assert.match((await page.locator("#status").textContent()) ?? "", /previous/);
 
   // Matches that have nothing to do with the photos.
   const noise = ["xt,yt,xr,yr"];
@@ -256,13 +256,13 @@ test("reads depth from PNG, .npy and .pfm to the same result", async () => {
     await settled(page);
     assert.match(await said(page, "targetDepth", "size"), /float/);
     await stitchAgain(page);
-    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /known/);
+    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /cached/);
     assertSame(await savedPicture(page), first);
   }
   await close();
 });
 
-test("doubts a depth map of another shape, and one that is mostly unknown", async () => {
+test("warns about a depth map of another aspect ratio, and about one that is mostly unknown", async () => {
   const { page, close } = await site.open({ files: smallCase });
   await openPanel(page, "depth");
   const gray = (/** @type {number} */ width, /** @type {number} */ height) => ({
@@ -277,7 +277,7 @@ test("doubts a depth map of another shape, and one that is mostly unknown", asyn
     "#targetDepth-file",
     written("turned.png", await encodeGrayPng(gray(60, 90))),
   );
-  await says(page, "targetDepth", "note", /60.×.90.*shapes differ/);
+  await says(page, "targetDepth", "note", /60.×.90.*aspect ratios differ/);
   await page.setInputFiles(
     "#targetDepth-file",
     written("holes.png", await encodeGrayPng(gray(96, 64))),

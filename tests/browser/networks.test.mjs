@@ -41,7 +41,7 @@ async function serveModels(page, { slow = false } = {}) {
   /** @type {string[]} */
   const asked = [];
   await page.route(`${host}**`, async (route) => {
-    const path = new URL(route.request().url()).pathname.replace("/resolve/main/", "/");
+    const path = new URL(route.request().url()).pathname.replace(/\/resolve\/[0-9a-f]{40}\//, "/");
     asked.push(path);
     const file = join(folder, path);
     const headers = { "Access-Control-Allow-Origin": "*" };
@@ -83,14 +83,14 @@ test("two-view first, then again with depth by a network, which is fetched once"
   const report = JSON.parse((await saved(page, "#download-report")).bytes.toString());
   assert.equal(report.depthSource, "model");
   await page.locator("#tab-depth").click();
-  await page.locator("#view-caption", { hasText: "as Depth Anything sees it" }).waitFor();
+  await page.locator("#view-caption", { hasText: "estimated by Depth Anything" }).waitFor();
   assert.match((await page.locator("#depth-summary").textContent()) ?? "", /Depth Anything/);
 
   const count = asked.length;
   await page.locator("#depth-estimate").click();
   await idle(page);
   assert.equal(asked.length, count, "neither network nor depth is fetched or made again");
-  assert.match((await page.locator("#status").textContent()) ?? "", /known/);
+  assert.match((await page.locator("#status").textContent()) ?? "", /cached/);
   await page.check('input[name="depth-source"][value="photos"]');
   await stitchAgain(page);
   assertSame(await savedPicture(page), first);
@@ -128,7 +128,7 @@ test("depth by a network of the user's own, of either kind", async () => {
   await askForOwnDepth(page, file, { colours: "imagenet", output: "inverse" });
   assert.deepEqual(asked, [`/${file}`], "one file is fetched");
   await page.locator("#tab-depth").click();
-  await page.locator("#view-caption", { hasText: "as your network sees it" }).waitFor();
+  await page.locator("#view-caption", { hasText: "estimated by the custom network" }).waitFor();
   assert.doesNotMatch(new URL(page.url()).hash, /models\.test|onnx/, "no link fetches it");
   await page.waitForTimeout(300);
   const inverse = await page.locator("#picture").screenshot();
@@ -184,7 +184,7 @@ async function fillWith(model, file) {
   const built = await savedPicture(page);
   const asked = await serveModels(page);
   await openPanel(page, "fill");
-  await page.check(`input[name="filler"][value="${model}"]`);
+  await page.check(`input[name="fill-method"][value="${model}"]`);
   await page.fill("#fill-host", host + file);
   await page.locator("#fill-host").blur();
   await page.locator("#run").click();
@@ -203,10 +203,10 @@ async function fillWith(model, file) {
   );
 
   const count = asked.length;
-  await page.check('input[name="filler"][value="core"]');
+  await page.check('input[name="fill-method"][value="core"]');
   await stitchAgain(page);
   assertSame(await savedPicture(page), built);
-  await page.check(`input[name="filler"][value="${model}"]`);
+  await page.check(`input[name="fill-method"][value="${model}"]`);
   await stitchAgain(page);
   assertSame(await savedPicture(page), filled);
   assert.equal(asked.length, count, "nothing is computed twice");

@@ -17,8 +17,8 @@ const site = await startSite();
 after(() => site.close());
 
 /** What the status says in each stage of two photos without anything else. */
-const stages = ["Reading", "Looking", "Matching", "Fitting", "Finding", "Refining", "Moving"];
-const later = ["Measuring", "Joining", "Filling"];
+const stages = ["Reading", "Detecting", "Matching", "Fitting", "Computing", "Refining", "Warping"];
+const later = ["Measuring", "Blending", "Filling"];
 
 /** Has Cancel pressed as soon as the status begins with this word. @param {Page} page @param {string} word */
 async function cancelDuring(page, word) {
@@ -107,7 +107,7 @@ test("a worker that is lost is an error in words, and the next run works", async
     }),
   );
   await page.locator("#run").click();
-  await page.locator("#message", { hasText: /fault of the program/ }).waitFor();
+  await page.locator("#message", { hasText: /bug in the program/ }).waitFor();
   await page.unroute(/assets\/browser-.*\.js$/);
   await stitchAgain(page);
   assert.equal(await page.locator("#message").textContent(), "");

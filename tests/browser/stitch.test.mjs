@@ -113,7 +113,7 @@ test("what was computed once is not computed again", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const first = await savedPicture(page);
   await openPanel(page, "options");
-  await page.locator("#options summary", { hasText: "Joining" }).click();
+  await page.locator("#options summary", { hasText: "Compositing" }).click();
   await page.selectOption("#option-blending", "average");
   assert.match((await page.locator("#result-source").textContent()) ?? "", /settings have changed/);
   await stitchAgain(page);

@@ -229,7 +229,7 @@ test("matches can be shown by kind, with lines and over the depth", async () => 
   const { page, close } = await site.open({ files: smallCase });
   await open(page, "matches");
   const seen = new Set([(await shown(page)).sum]);
-  for (const label of ["Lines", "Left out", "Agreeing", "Depth"]) {
+  for (const label of ["Lines", "Outliers", "Inliers", "Depth"]) {
     await page.locator("#view-controls").getByLabel(label).click();
     await page.waitForTimeout(300);
     const { sum } = await shown(page);

@@ -112,13 +112,18 @@ test("what it was set to before is what the library is set to afterwards", async
   assert.deepEqual({ ...env }, before);
 });
 
-test("the sizes of Depth Anything are asked for by their names", async () => {
-  for (const model of /** @type {const} */ (["small", "base", "large"])) {
-    requests.length = 0;
-    const error = await rejection(loadDepthModel({ ...remote(), model }));
-    assert.equal(error.code, "model-load-failed");
-    assert.match(requests[0] ?? "", new RegExp(`^/hub/onnx-community/depth-anything-v2-${model}/`));
-  }
+test("Depth Anything is requested at a fixed commit", async () => {
+  requests.length = 0;
+  const error = await rejection(loadDepthModel({ ...remote(), model: "small" }));
+  assert.equal(error.code, "model-load-failed");
+  const path = /^\/hub\/onnx-community\/depth-anything-v2-small\/at\/[0-9a-f]{40}\//;
+  assert.match(requests[0] ?? "", path);
+});
+
+test("nothing is loaded from a moving branch of the public hub by accident", async () => {
+  const error = await rejection(loadDepthModel({ model: { id: ID } }));
+  assert.equal(error.code, "invalid-argument");
+  assert.match(error.message, /model\.revision must be given/);
 });
 
 test("a model that is not there: the address is named", async () => {

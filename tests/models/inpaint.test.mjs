@@ -70,18 +70,18 @@ test("the border of a hole is not believed", async () => {
   const picture = paint(512, 512, (x, y) => (near(x, y, 3) ? [255, 255, 255] : RED));
   const holes = mask(512, 512, (x, y) => near(x, y, 0));
   assertNear(at(await average.inpaint(picture, holes), 256, 256), [...RED, 255], 0);
-  const model = { input: "float32", mask: "hole", white: 255, side: 512, grow: 0 };
+  const model = { input: "float32", mask: "hole", outputMax: 255, tileSize: 512, dilation: 0 };
   const trusting = await loadInpainter({
     model: /** @type {any} */ (model),
     weights: lamaLike(512),
   });
   const [, green = 0] = at(await trusting.inpaint(picture, holes), 256, 256);
-  assert.ok(green > 30, "without growing it would be");
+  assert.ok(green > 30, "without dilation it would be");
   await trusting.dispose();
 });
 
 test("a network of another size: the crop is resized, and the rest is not", async () => {
-  const model = { input: "float32", mask: "hole", white: 255, side: 64, grow: 2 };
+  const model = { input: "float32", mask: "hole", outputMax: 255, tileSize: 64, dilation: 2 };
   const options = { model: /** @type {any} */ (model), weights: lamaLike(64) };
   const small = await loadInpainter(options);
   const picture = paint(400, 300, (x, y) => [x / 2, y / 2, 99]);
@@ -135,10 +135,13 @@ test("wrong arguments", async () => {
   const wrong = /** @type {[any, RegExp][]} */ ([
     [{ model: "dalle" }, /model must be "migan" or "lama"/],
     [{ model: { input: "float64" } }, /model.input/],
-    [{ model: { input: "uint8", mask: "known", white: 255, side: 512, grow: 3 } }, /weights/],
+    [
+      { model: { input: "uint8", mask: "known", outputMax: 255, tileSize: 512, dilation: 3 } },
+      /weights/,
+    ],
     [{ weights: 3 }, /weights/],
     [{ url: "" }, /url/],
-    [{ grow: -1 }, /grow/],
+    [{ dilation: -1 }, /dilation/],
   ]);
   for (const [options, message] of wrong) {
     const error = await rejection(loadInpainter(options));

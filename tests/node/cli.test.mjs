@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { progressLine } from "../../dist/cli/progress.js";
-import { SETTINGS, flagName } from "../../dist/cli/settings.js";
+import { SETTING_NAMES, flagName } from "../../dist/cli/settings.js";
 import { decodeDepth, decodeImage } from "../../dist/codecs.js";
 import { defaultOptions, version } from "../../dist/index.js";
 import { HEIGHT, WIDTH, writeCase } from "./rendered-case.mjs";
@@ -107,7 +107,7 @@ test("a pair with depth becomes a mosaic, its parts and a report", async () => {
   assert.ok(report.times.warp > 0);
 });
 
-test("a case folder says it all; the default output is mosaic.png", async () => {
+test("a case folder is enough; the default output is mosaic.png", async () => {
   const result = await run(["--case", join(folder, "case"), "--report", "r.json"]);
   assert.equal(result.code, 0, result.stderr);
   assert.deepEqual(result.files, ["mosaic.png", "r.json"]);
@@ -168,7 +168,7 @@ test("a reader that stops reading is no failure", async () => {
 
 test("every option of the core has a flag, and --help shows it with its default", async () => {
   const defaults = await defaultOptions();
-  assert.deepEqual(Object.keys(SETTINGS).sort(), Object.keys(defaults).sort());
+  assert.deepEqual([...SETTING_NAMES].sort(), Object.keys(defaults).sort());
   const { code, stdout } = await run(["--help"]);
   assert.equal(code, 0);
   for (const [name, value] of Object.entries(defaults)) {
@@ -191,7 +191,7 @@ test("a wrong command line exits with 2", async () => {
     { args: ["--nonsense"], line: /usage: .*--nonsense/ },
     { args: [], line: /TARGET and REFERENCE/ },
     { args: [input("target.png")], line: /TARGET and REFERENCE/ },
-    { args: [...pair(), "--own-matches"], line: /exclude each other/ },
+    { args: [...pair(), "--own-matches"], line: /mutually exclusive/ },
     { args: [...pair(), "--invalid", "0"], line: /--invalid needs/ },
     { args: [...pair(), "--seed", "many"], line: /--seed must be a number, got "many"/ },
     { args: [...pair(), "--warp-mode", "sideways"], line: /--warp-mode must be one of forward/ },
@@ -203,7 +203,7 @@ test("a wrong command line exits with 2", async () => {
     { args: [...pair(), "-o", input("target.png")], line: /is an input/ },
     { args: [...pair(), "-o", "a.png", "--warped", "./a.png"], line: /another output/ },
     { args: ["--case", "x", "--matches", "y"], line: /cannot be combined/ },
-    { args: ["--case", "x", "y.png"], line: /--case brings its own/ },
+    { args: ["--case", "x", "y.png"], line: /--case names its own/ },
   ];
   for (const { args, line } of wrong) assertFails(await run(args), 2, line);
 });

@@ -28,10 +28,8 @@ test("a StitchError is an Error with code, stage and details", async () => {
 test("wrong types", async () => {
   const wrong = [
     [{ matches: [1, 2, 3, 4] }, /matches must be a Float32Array, got Array/],
-    [{ matches: null }, /matches/],
     [{ targetDepth: { ...inputs.targetDepth, kind: "disparity" } }, /kind/],
     [{ targetDepth: { ...inputs.targetDepth, data: [1] } }, /targetDepth.data/],
-    [{ targetDepth: null }, /targetDepth/],
     [{ seed: "1" }, /seed/],
     [{ seed: {} }, /seed/],
     [{ seed: () => 1 }, /seed/],
@@ -58,6 +56,23 @@ test("wrong types", async () => {
     assert.equal(error.code, "invalid-argument");
     assert.match(error.message, /^target/);
   }
+});
+
+test("null stands for no depth maps and no matches", async () => {
+  const none = { targetDepth: null, referenceDepth: null, matches: null };
+  const [withNull, without] = [
+    await stitch(target, reference, none),
+    await stitch(target, reference),
+  ];
+  assert.deepEqual(withNull.mosaic, without.mosaic);
+  const { referenceDepth, ...one } = inputs;
+  assert.ok(referenceDepth);
+  const [given, absent] = [
+    await stitch(target, reference, { ...one, referenceDepth: null }),
+    await stitch(target, reference, one),
+  ];
+  assert.deepEqual(given.mosaic, absent.mosaic);
+  assert.notDeepEqual(given.mosaic, without.mosaic);
 });
 
 test("numbers out of range", async () => {

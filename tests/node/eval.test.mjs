@@ -5,9 +5,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { parseDescription } from "../../dist/cases/description.js";
-import { parseMatches } from "../../dist/cases/matches.js";
-import { parseNpy } from "../../dist/cases/npy.js";
+import { parseCase, parseMatches, parseNpy } from "depthstitch/cases";
+import { OPTION_LIST } from "depthstitch/options";
 import { decodeImage } from "../../dist/codecs.js";
 import { MODES } from "../../dist/eval/modes.js";
 import { checkFloors, readFloors } from "../../dist/eval/floors.js";
@@ -117,6 +116,19 @@ test("every mode runs", () => {
   assert.equal(result.status, 0, result.stderr);
   assert.doesNotMatch(result.stdout, /FAILED/);
   for (const mode of MODES.keys()) assert.ok(result.stdout.includes(`${mode}\n`), mode);
+});
+
+test("no two modes are the same", () => {
+  // What a mode does is what it passes to `stitch`, with the defaults of the core for the rest.
+  const resolved = [...MODES].map(([name, { settings, depth }]) => {
+    const paper = settings.mode === "paper";
+    const all = OPTION_LIST.map(([option, spec]) => {
+      const standard = (paper ? spec.paper : undefined) ?? spec.default;
+      return option === "mode" ? null : (settings[option] ?? standard);
+    });
+    return /** @type {const} */ ([JSON.stringify([depth, all]), name]);
+  });
+  assert.equal(new Map(resolved).size, MODES.size, resolved.map(([, name]) => name).join());
 });
 
 test("what does not exist (yet) is refused with exit code 2", () => {
@@ -332,22 +344,41 @@ test("npy: float32 and float64, one and two dimensions, versions 1 and 2", () =>
   assert.deepEqual(line, { data: new Float64Array([0.1, -Infinity]), shape: [2] });
 });
 
+test("npy: every type, in both byte orders, is read exactly", () => {
+  /** @type {[string, number[], number[], Float32ArrayConstructor | Float64ArrayConstructor][]} */
+  const types = [
+    ["|u1", [7, 255], [7, 255], Float32Array],
+    ["|i1", [0x80, 1], [-128, 1], Float32Array],
+    ["<u2", [1, 2, 0xff, 0xff], [513, 65535], Float32Array],
+    [">u2", [1, 2, 0xff, 0xff], [258, 65535], Float32Array],
+    ["<i2", [0, 0x80, 1, 0], [-32768, 1], Float32Array],
+    ["<i4", [0xff, 0xff, 0xff, 0xff, 1, 0, 0, 1], [-1, 16777217], Float64Array],
+    [">u4", [0xff, 0xff, 0xff, 0xff, 1, 0, 0, 1], [4294967295, 16777217], Float64Array],
+    [">f4", [0x3f, 0xc0, 0, 0, 0xff, 0x80, 0, 0], [1.5, -Infinity], Float32Array],
+    ["<f2", [0, 0x3c, 1, 0], [1, 2 ** -24], Float32Array],
+  ];
+  for (const [descr, bytes, values, Data] of types) {
+    const header = `{'descr': '${descr}', 'fortran_order': False, 'shape': (2,), }\n`;
+    const file = Buffer.concat([npy(header, []), Buffer.from(bytes)]);
+    assert.deepEqual(parseNpy(file, "a.npy"), { data: Data.from(values), shape: [2] }, descr);
+  }
+});
+
 test("npy: anything else is refused with the file's name", () => {
   const header = (/** @type {string} */ descr, /** @type {string} */ order) =>
     `{'descr': '${descr}', 'fortran_order': ${order}, 'shape': (2,), }\n`;
   const good = npy(header("<f4", "False"), [1, 2]);
   const refused = [
-    { bytes: new Uint8Array(3), reason: /is no \.npy file/ },
-    { bytes: good.subarray(0, 9), reason: /is no \.npy file/ },
-    { bytes: good.subarray(0, 40), reason: /is cut short/ },
+    { bytes: new Uint8Array(3), reason: /is not an \.npy file/ },
+    { bytes: good.subarray(0, 9), reason: /is not an \.npy file/ },
+    { bytes: good.subarray(0, 40), reason: /is truncated/ },
     {
       bytes: good.subarray(0, good.length - 1),
-      reason: /has 7 bytes of data where its shape asks for 8/,
+      reason: /has 7 bytes of data, its shape implies 8/,
     },
-    { bytes: npy(header("<i4", "False"), [1, 2]), reason: /holds <i4/ },
-    { bytes: npy(header(">f4", "False"), [1, 2]), reason: /holds >f4/ },
+    { bytes: npy(header("<c8", "False"), [1, 2]), reason: /unsupported type <c8/ },
     { bytes: npy(header("<f4", "True"), [1, 2]), reason: /Fortran order/ },
-    { bytes: npy("{}", []), reason: /no readable header/ },
+    { bytes: npy("{}", []), reason: /no valid header/ },
     { bytes: npy(header("<f4", "False"), [1, 2], { major: 9 }), reason: /version 9/ },
   ];
   for (const { bytes, reason } of refused) {
@@ -368,10 +399,10 @@ test("matches: numbers by row; what is wrong is named with its line", () => {
     { text: "1,2,3,4", reason: /line 1 must be the header/ },
     { text: "xr,yr,xt,yt\n1,2,3,4", reason: /line 1 must be the header/ },
     { text: "xt,yt,xr,yr\n1,2,3", reason: /line 2 has 3 values/ },
-    { text: "xt,yt,xr,yr\n\n1,2,3,x", reason: /line 3: "x" is no number/ },
-    { text: "xt,yt,xr,yr\n1,2,,4", reason: /line 2: "" is no number/ },
-    { text: "xt,yt,xr,yr\n1,2,nan,4", reason: /line 2: "nan" is no number/ },
-    { text: "xt,yt,xr,yr\n1,2,1e999,4", reason: /line 2: "1e999" is no number/ },
+    { text: "xt,yt,xr,yr\n\n1,2,3,x", reason: /line 3: "x" is not a number/ },
+    { text: "xt,yt,xr,yr\n1,2,,4", reason: /line 2: "" is not a number/ },
+    { text: "xt,yt,xr,yr\n1,2,nan,4", reason: /line 2: "nan" is not a number/ },
+    { text: "xt,yt,xr,yr\n1,2,1e999,4", reason: /line 2: "1e999" is not a number/ },
   ];
   for (const { text, reason } of refused) {
     assert.throws(() => parseMatches(text, "m.csv"), { code: "invalid-matches", message: reason });
@@ -396,7 +427,7 @@ test("case.json: every wrong key is named", () => {
     },
   };
   const parse = (/** @type {object} */ change) =>
-    parseDescription(JSON.stringify({ ...good, ...change }), "case.json");
+    parseCase(JSON.stringify({ ...good, ...change }), "case.json");
   const parsed = parse({});
   assert.deepEqual(parsed.truth, { h: [1, 0, 0, 0, 1, 0, 0, 0, 1], e: [1, 2, 3], ownDepth: true });
   assert.deepEqual(parsed.depth, {
@@ -409,6 +440,7 @@ test("case.json: every wrong key is named", () => {
   assert.equal(parse({ depth: null }).depth, null);
   assert.equal(parse({ reference_depth: undefined }).depth?.reference, null);
   assert.equal(parse({ matches: undefined }).matches, null);
+  assert.equal(parse({ depth: { kind: "metric" } }).depth?.scale, 1);
   assert.equal(parse({ truth: good.truth_map }).truth?.ownDepth, false);
   const refused = [
     { change: { target: 5 }, reason: /"target" must be a file name/ },
@@ -427,5 +459,5 @@ test("case.json: every wrong key is named", () => {
   for (const { change, reason } of refused) {
     assert.throws(() => parse(change), { code: "invalid-case", message: reason });
   }
-  assert.throws(() => parseDescription("{", "case.json"), { code: "invalid-case" });
+  assert.throws(() => parseCase("{", "case.json"), { code: "invalid-case" });
 });

@@ -98,14 +98,14 @@ for (const depth of depths)
     const { target, reference, inputs } = await sample();
     const options = depth === "given" ? inputs : { matches: inputs.matches };
     const whole = await stitch(target, reference, { ...options, fill: "none" });
-    const { targetDepth, referenceDepth, voidDistance, trusted, ...geometry } = await align(
+    const { targetDepth, referenceDepth, voidDistance, reliable, ...geometry } = await align(
       target,
       reference,
       options,
     );
     const maps = { targetDepth, referenceDepth };
     const warped = await warp(target, reference, geometry, { ...maps, voidDistance });
-    const { mosaic, seam, gains } = await blend(warped, reference, { trusted });
+    const { mosaic, seam, gains } = await blend(warped, reference, { reliable });
     assert.deepEqual(geometry.forward, whole.forward);
     assert.deepEqual(warped.warped, whole.warped);
     assert.deepEqual(mosaic, whole.mosaic);

@@ -1,4 +1,4 @@
-/** The element with this id, which the page has by construction; its class is checked once, here. */
+/** The element with this id. The page is known to contain it; its class is checked. */
 export function byId<T extends HTMLElement>(id: string, kind: new () => T): T {
   return checked(document.getElementById(id), kind, `#${id}`);
 }
@@ -21,7 +21,7 @@ function checked<T extends HTMLElement>(
   throw new Error(`the page has no ${kind.name} ${name}`);
 }
 
-/** A new element with its text and attributes. */
+/** Creates an element with attributes and children. */
 export function make<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   attributes: Readonly<Record<string, string>> = {},
@@ -33,7 +33,7 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** A button that cannot be used now stays in the tab order and keeps its place and the focus. */
+/** Enables or disables a button. A disabled button stays in the tab order and keeps the focus. */
 export function setEnabled(button: HTMLButtonElement, enabled: boolean): void {
   button.setAttribute("aria-disabled", String(!enabled));
 }
@@ -50,7 +50,7 @@ export function context2d(
   settings?: CanvasRenderingContext2DSettings,
 ): CanvasRenderingContext2D {
   const context = canvas.getContext("2d", settings);
-  // Browsers return null when a canvas is larger than they can hold.
+  // Browsers return null for canvases above their size limit.
   if (!context) {
     throw new Error(`This browser cannot draw ${canvas.width} × ${canvas.height} pixels.`);
   }

@@ -9,7 +9,7 @@ import { bindProgress } from "./run/progress.js";
 import { bindRun, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
 import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
-import { errorMessage } from "./words/errors.js";
+import { errorMessage } from "./text/errors.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
@@ -26,24 +26,24 @@ async function start(): Promise<void> {
   bindHead(store, loader, runner);
   bindOffline();
   try {
-    const [defaults, words] = await Promise.all([defaultOptions(), version()]);
-    bindSettingsLink(store, defaults);
-    byId("version", HTMLElement).textContent = `depthstitch ${words}`;
+    const [defaults, packageVersion] = await Promise.all([defaultOptions(), version()]);
+    bindSettingsLink(store);
+    byId("version", HTMLElement).textContent = `depthstitch ${packageVersion}`;
     if (new URLSearchParams(location.search).has("sample")) void loader.loadSample(sampleFolder);
-    // Settings and results have no use before there is a first photo, so they are loaded with it.
+    // Settings and results are loaded with the first photo.
     await new Promise<void>((resolve) =>
       store.subscribe(({ loading, slots }) => {
         if (loading.size > 0 || slots.target || slots.reference) resolve();
       }),
     );
-    const { bindWorkbench } = await import("./workbench.js");
-    bindWorkbench(store, loader, runner, defaults, words);
+    const { bindPanels } = await import("./panels/bind-all.js");
+    bindPanels(store, loader, runner, defaults, packageVersion);
   } catch (error) {
     store.set({ status: "Not ready", message: errorMessage(error) });
   }
 }
 
-/** The page begins with the photos alone; once both are there it becomes a workbench, and stays one. */
+/** The page starts with the photos only; once both are loaded, results and settings are shown. */
 function bindPhase(store: Store): void {
   store.subscribe(({ slots, outcome }) => {
     const working = outcome !== null || (slots.target !== null && slots.reference !== null);

@@ -1,15 +1,16 @@
 import type { Options } from "depthstitch";
+import { OPTION_LIST, type OptionSpec } from "depthstitch/options";
 import { defaultSettings, type Settings, type Store } from "./state.js";
 
-/** Prefix of a setting that belongs to the page; all others are options of the core. */
-const own = "page.";
+/** Prefix of settings of the page; all others are options of the core. */
+const pagePrefix = "page.";
 
-/** Milliseconds after the last change until the address follows. */
+/** Milliseconds after the last change until the URL is updated. */
 const addressDelay = 300;
 
-/** Keeps the settings in the page's address, and takes them from it. Files and networks stay out of it. */
-export function bindSettingsLink(store: Store, defaults: Readonly<Options>): void {
-  const read = () => store.set({ settings: settingsOf(location.hash, defaults) });
+/** Stores the settings in the fragment of the page's URL and reads them from it, except for files and networks. */
+export function bindSettingsLink(store: Store): void {
+  const read = () => store.set({ settings: settingsOf(location.hash) });
   if (location.hash.length > 1) read();
   window.addEventListener("hashchange", () => {
     if (linkOf(store.state.settings) !== location.hash.slice(1)) read();
@@ -18,7 +19,7 @@ export function bindSettingsLink(store: Store, defaults: Readonly<Options>): voi
   store.subscribe(({ settings }, before) => {
     if (settings === before.settings) return;
     clearTimeout(waiting);
-    // The browser may take its time for a new address, so it is not given one in the midst of something else.
+    // Changing the URL can be slow in some browsers, so it is deferred.
     waiting = window.setTimeout(() => {
       const link = linkOf(store.state.settings);
       if (link === location.hash.slice(1)) return;
@@ -27,53 +28,58 @@ export function bindSettingsLink(store: Store, defaults: Readonly<Options>): voi
   });
 }
 
-/** The settings that differ from their defaults, as they stand in an address. */
-export function linkOf({ options, depth, photoLimit, depthModel }: Settings): string {
-  const { depth: usualDepth, ...usual } = defaultSettings;
-  const words = new URLSearchParams();
-  const add = (key: string, value: unknown, unless: unknown) => {
-    if (value !== unless) words.set(own + key, String(value));
+/** The settings that differ from their defaults, as a URL fragment. */
+export function linkOf({ options, depth, photoLimit }: Settings): string {
+  const defaults = defaultSettings;
+  const parameters = new URLSearchParams();
+  const add = (key: string, value: unknown, standard: unknown) => {
+    if (value !== standard) parameters.set(pagePrefix + key, String(value));
   };
-  add("photoLimit", photoLimit, usual.photoLimit);
-  if (depthModel !== "onnx") add("depthModel", depthModel, usual.depthModel);
-  add("depthKind", depth.kind, usualDepth.kind);
-  add("depthInvalid", depth.invalid, usualDepth.invalid);
-  for (const [key, value] of Object.entries(options)) words.set(key, String(value));
-  return words.toString();
+  add("photoLimit", photoLimit, defaults.photoLimit);
+  add("depthKind", depth.kind, defaults.depth.kind);
+  add("depthInvalid", depth.invalid, defaults.depth.invalid);
+  for (const [key, value] of Object.entries(options)) parameters.set(key, String(value));
+  return parameters.toString();
 }
 
 /**
- * The settings in an address. What is unknown or of another kind is left out; the core checks ranges. Opening a link must
- * never fetch anything from elsewhere, so the use of networks and their addresses are not among them.
+ * Reads settings from a URL fragment. Unknown names and values of the wrong type are ignored; ranges are checked by the
+ * core. Whether networks are used, and where they come from, is not part of it: opening a link must not cause requests to
+ * other hosts.
  */
-export function settingsOf(hash: string, defaults: Readonly<Options>): Settings {
-  const words = new URLSearchParams(hash.replace(/^#/, ""));
-  const oneOf = <T extends string>(key: string, usual: T, ...others: readonly T[]): T => {
-    const word = words.get(own + key);
-    return others.find((other) => other === word) ?? usual;
-  };
-  const limit = Number(words.get(`${own}photoLimit`) ?? defaultSettings.photoLimit);
-  const invalid = words.get(`${own}depthInvalid`);
+export function settingsOf(hash: string): Settings {
+  const parameters = new URLSearchParams(hash.replace(/^#/, ""));
+  const page = (key: string) => parameters.get(pagePrefix + key);
+  const limit = Number(page("photoLimit") ?? defaultSettings.photoLimit);
+  const invalid = page("depthInvalid");
   return {
     ...defaultSettings,
     photoLimit: Number.isInteger(limit) && limit >= 0 ? limit : defaultSettings.photoLimit,
-    depthModel: oneOf("depthModel", defaultSettings.depthModel, "base", "large"),
     depth: {
-      kind: oneOf("depthKind", defaultSettings.depth.kind, "metric"),
+      kind: page("depthKind") === "metric" ? "metric" : defaultSettings.depth.kind,
       invalid: invalid !== null && Number.isFinite(Number(invalid)) ? Number(invalid) : null,
     },
-    options: optionsOf(words, defaults),
+    options: optionsOf(parameters),
   };
 }
 
-function optionsOf(words: URLSearchParams, defaults: Readonly<Options>): Partial<Options> {
-  const entries = [...words].flatMap(([key, word]): [string, unknown][] => {
-    if (!(key in defaults)) return [];
-    const usual = defaults[key as keyof Options];
-    if (typeof usual === "boolean") return [[key, word === "true"]];
-    if (typeof usual === "string") return [[key, word]];
-    // A threshold may also be a word.
-    return [[key, Number.isNaN(Number(word)) ? word : Number(word)]];
+function optionsOf(parameters: URLSearchParams): Partial<Options> {
+  const entries = OPTION_LIST.flatMap(([name, spec]) => {
+    const text = parameters.get(name);
+    const value = text === null ? undefined : parseOption(spec, text);
+    return value === undefined ? [] : [[name, value] as const];
   });
   return Object.fromEntries(entries);
+}
+
+function parseOption(spec: OptionSpec, text: string): string | number | boolean | undefined {
+  switch (spec.type) {
+    case "boolean":
+      return text === "true" ? true : text === "false" ? false : undefined;
+    case "choice":
+      return Object.hasOwn(spec.choices, text) ? text : undefined;
+    default:
+      if (text === spec.keyword) return text;
+      return text.trim() === "" || Number.isNaN(Number(text)) ? undefined : Number(text);
+  }
 }

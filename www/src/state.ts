@@ -1,15 +1,15 @@
 import type { Options, Progress, StitchResult } from "depthstitch";
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
-import type { DepthMap, Photo } from "./studio/contents.js";
+import type { DepthMap, Photo } from "./image-worker/contents.js";
 
-/** What each input holds once its file is decoded. */
+/** The decoded content of each input. */
 export interface Contents {
   target: Photo;
   reference: Photo;
   targetDepth: DepthMap;
   referenceDepth: DepthMap;
-  /** xt, yt, xr, yr of one match after the other, in pixels of the photos as they are in their files. */
+  /** xt, yt, xr, yr of every match, in pixels of the original photos. */
   matches: Float32Array;
 }
 
@@ -28,90 +28,90 @@ export const depthSlot = { target: "targetDepth", reference: "referenceDepth" } 
 export interface Loaded<T> {
   readonly file: File;
   readonly content: T;
-  /** The sample's files go together: they leave when the first photo of the user's own arrives. */
+  /** All files of the sample are removed when the user loads a photo. */
   readonly origin: "sample" | "own";
 }
 
 export type Slots = { readonly [K in SlotName]: Loaded<Contents[K]> | null };
 
-/** What the values of the depth maps from files mean. */
+/** Meaning of the values of depth maps from files. */
 export interface DepthSettings {
   readonly kind: "inverse" | "metric";
-  /** The value that stands for "unknown", if there is one. */
+  /** The value that means "unknown", if any. */
   readonly invalid: number | null;
 }
 
-/** Where depth comes from: from the two photos alone, from files, or from a network that runs in this browser. */
+/** Source of depth: the two photos, files, or a network that runs in the browser. */
 export type DepthSource = "photos" | "files" | "model";
 
-/** What fills the voids that neither photo saw: the core itself, or a network that runs in this browser. */
-export type Filler = "core" | "migan" | "lama";
+/** What fills the voids: the core, or a network that runs in the browser. */
+export type FillMethod = "core" | "migan" | "lama";
 
-/** Everything that the user chose besides files; a link can carry it. */
+/** Everything the user can choose except files. */
 export interface Settings {
-  /** Longer side in pixels that photos are scaled down to, 0 for none. */
+  /** Longer side in pixels to which photos are downscaled; 0 for no limit. */
   readonly photoLimit: number;
   readonly depthSource: DepthSource;
   readonly depth: DepthSettings;
   readonly depthModel: DepthModelName;
-  /** Where depth networks are fetched from; empty for the library's own choice. */
+  /** Host of depth networks; empty for the default of the library. */
   readonly depthHost: string;
   readonly depthOnnx: OnnxDepth;
-  readonly filler: Filler;
-  /** Where the filling network's weights are; empty for where its authors published them. */
+  readonly fillMethod: FillMethod;
+  /** URL of the weights of the inpainting network; empty for where they were published. */
   readonly fillAddress: string;
-  /** Only those that differ from their mode's defaults. */
+  /** Only those that differ from the defaults of their mode. */
   readonly options: Partial<Options>;
 }
 
-/** What tells the chosen depth network from others. */
+/** Identifies the selected depth network. */
 export function depthNetworkOf({ depthModel, depthOnnx }: Settings): string {
   const { address, colours, output } = depthOnnx;
   return depthModel === "onnx" ? [address, colours, output].join(" ") : depthModel;
 }
 
-/** Depth maps that the network made, by photo, and which network it was. */
-export type ModelDepths = ReadonlyMap<Photo, { readonly model: string; readonly map: DepthMap }>;
+/** Depth maps estimated by networks, by photo. */
+export type NetworkDepths = ReadonlyMap<Photo, { readonly model: string; readonly map: DepthMap }>;
 
-/** Something to tell the user: what happened, and what to do next. */
+/** A message to the user: what happened, and what to do next. */
 export interface Message {
   readonly tone: "error" | "note";
   readonly title: string;
   readonly advice: string;
 }
 
-/** A result with what it was made from; it stays on the page until the next one is there. */
+/** A result with its inputs. It is shown until the next one is available. */
 export interface Outcome {
   readonly result: StitchResult;
-  /** The mosaic as it is shown and saved: the result's, or with its voids filled by a network. */
+  /** The mosaic as shown and saved: that of the result, or with voids inpainted by a network. */
   readonly mosaic: StitchResult["mosaic"];
   readonly job: Job;
   readonly slots: Slots;
   readonly settings: Settings;
-  /** Milliseconds from click to result, with worker and copies. */
+  /** Milliseconds from click to result, including copies to and from the worker. */
   readonly elapsed: number;
 }
 
-/** What runs now: a stage of the core, or a network. */
+/** The task in progress: a stage of the core, or a network. */
 export interface Running {
   readonly stage: Progress["stage"] | "model-depth" | "model-fill";
   readonly fraction: number;
-  /** What the status says instead of the stage's usual words. */
-  readonly words?: string;
+  /** Status text, if different from that of the stage. */
+  readonly text?: string;
 }
 
 export interface State {
   readonly slots: Slots;
-  /** Why a slot's last file was not taken. */
+  /** Why the last file of a slot was rejected. */
   readonly problems: { readonly [K in SlotName]?: string };
   /** Slots whose file is being decoded. */
   readonly loading: ReadonlySet<SlotName>;
   readonly settings: Settings;
-  readonly modelDepths: ModelDepths;
+  readonly networkDepths: NetworkDepths;
   readonly running: Running | null;
   readonly message: Message | null;
   readonly outcome: Outcome | null;
-  /** What the status line says while nothing runs. */
+  /** Status text while idle. */
   readonly status: string;
 }
 
@@ -130,7 +130,7 @@ export const defaultSettings: Settings = {
   depthModel: "small",
   depthHost: "",
   depthOnnx: { address: "", colours: "imagenet", output: "inverse" },
-  filler: "core",
+  fillMethod: "core",
   fillAddress: "",
   options: {},
 };
@@ -140,7 +140,7 @@ export const initialState: State = {
   problems: {},
   loading: new Set(),
   settings: defaultSettings,
-  modelDepths: new Map(),
+  networkDepths: new Map(),
   running: null,
   message: null,
   outcome: null,
@@ -149,7 +149,7 @@ export const initialState: State = {
 
 type Listener = (state: State, before: State) => void;
 
-/** The page's one state. Views subscribe and draw what changed. */
+/** The state of the page. Subscribers update what has changed. */
 export class Store {
   #state = initialState;
   readonly #listeners: Listener[] = [];
@@ -175,11 +175,10 @@ export class Store {
   }
 }
 
-/** The slots after `arrived`: a photo of the user's own takes the sample's other files away. */
-export function withArrivals(slots: Slots, arrived: Partial<Slots>): Slots {
-  const ownPhoto = [arrived.target, arrived.reference].some((photo) => photo?.origin === "own");
-  const kept = ownPhoto ? withoutSample(slots) : slots;
-  return { ...kept, ...arrived };
+/** The slots after loading `loaded`. A photo of the user removes all files of the sample. */
+export function withLoaded(slots: Slots, loaded: Partial<Slots>): Slots {
+  const ownPhoto = [loaded.target, loaded.reference].some((photo) => photo?.origin === "own");
+  return { ...(ownPhoto ? withoutSample(slots) : slots), ...loaded };
 }
 
 function withoutSample(slots: Slots): Slots {
@@ -187,7 +186,7 @@ function withoutSample(slots: Slots): Slots {
   return { ...noSlots, ...Object.fromEntries(entries) };
 }
 
-/** Target and reference exchanged, with all that belongs to them. */
+/** Swaps target and reference with their depth maps and matches. */
 export function swapped({ target, reference, targetDepth, referenceDepth, matches }: Slots): Slots {
   return {
     target: reference,

@@ -43,13 +43,13 @@ import {
   type Progress,
   type Quality,
   type Rect,
-  type Remark,
   type Settings,
   type Size,
   type Stage,
   type StitchInputs,
   type StitchOptions,
   type StitchResult,
+  type Warning,
   type Warped,
   type WarpOptions,
   type WasmSource,
@@ -85,10 +85,10 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const { forward, reverse }: Models = geometry;
   const model: Model = forward ?? reverse;
   const report: FitReport = geometry.report;
-  const remarks: Remark[] = report.warnings;
+  const warnings: Warning[] = report.warnings;
   const aligned: Alignment = await align(image, image, options);
   const map: DepthOutput | undefined = aligned.targetDepth;
-  const blending: BlendOptions = { ...call, trusted: aligned.trusted, seam: "cut" };
+  const blending: BlendOptions = { ...call, reliable: aligned.reliable, seam: "cut" };
   const rect: Rect | null = result.crop.inner;
   if (rect) crop(result.mosaic, rect);
   const rendering: WarpOptions = { ...depths, warpMode: "backward+void" };
@@ -98,7 +98,7 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const filled: ImageOutput = await fill(mosaic, voidMask satisfies Mask, filling);
   const quality: Quality = await measure(result, image);
   const text: string = await version();
-  void [map, pairs, both, model, remarks, filled, quality, text];
+  void [map, pairs, both, model, warnings, filled, quality, text];
 }
 
 export function whatWentWrong(error: unknown): [ErrorCode, ErrorStage, number | undefined] | null {
@@ -136,9 +136,9 @@ export async function everyNetwork(signal: AbortSignal, weights: depthModels.Wei
   const network: inpainting.InpaintNetwork = {
     input: "uint8",
     mask: "known",
-    white: 255,
-    side: 512,
-    grow: 5,
+    outputMax: 255,
+    tileSize: 512,
+    dilation: 5,
   };
   const options: inpainting.InpainterOptions = { ...runtime, model: network, weights };
   const inpainter: inpainting.Inpainter = await inpainting.loadInpainter(options);

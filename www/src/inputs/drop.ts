@@ -2,7 +2,7 @@ import { byId } from "../dom.js";
 import type { InputLoader } from "./load-inputs.js";
 import { slotNames, type SlotName } from "../state.js";
 
-/** Files dropped on a card go there; several at once, a folder, or a drop elsewhere are placed by name. */
+/** A file dropped on a card is loaded there. Several files, folders, and files dropped elsewhere are assigned by name. */
 export function bindDrop(loader: InputLoader): void {
   const veil = byId("drop-veil", HTMLElement);
   let over: Element | null = null;
@@ -20,7 +20,7 @@ export function bindDrop(loader: InputLoader): void {
     mark(cardOf(event), true);
   });
   window.addEventListener("dragleave", (event) => {
-    // Left the window, not just one element for another.
+    // The pointer left the window rather than an element.
     if (event.relatedTarget === null) mark(null, false);
   });
   window.addEventListener("drop", (event) => {
@@ -44,9 +44,9 @@ function slotOf(card: Element | null): SlotName | undefined {
   return slotNames.find((slot) => slot === card?.getAttribute("data-slot"));
 }
 
-/** The files of a drop, those of a dropped folder among them (its own subfolders are not searched). */
+/** The dropped files, including those in dropped folders but not in their subfolders. */
 async function filesOf(transfer: DataTransfer): Promise<File[]> {
-  // Both lists are emptied as soon as the event is over, so they are read before anything is awaited.
+  // Both lists are emptied after the event, so they are read before the first await.
   const files = [...transfer.files];
   const entries = [...transfer.items].map((item) => item.webkitGetAsEntry());
   const folders = entries.filter(isFolder);
@@ -59,7 +59,7 @@ async function filesOf(transfer: DataTransfer): Promise<File[]> {
 async function filesIn(folder: FileSystemDirectoryEntry): Promise<File[]> {
   const reader = folder.createReader();
   const files: File[] = [];
-  // The reader hands out a hundred at a time.
+  // The reader returns at most a hundred entries per call.
   for (;;) {
     const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => {
       reader.readEntries(resolve, reject);
@@ -72,7 +72,7 @@ async function filesIn(folder: FileSystemDirectoryEntry): Promise<File[]> {
   }
 }
 
-// Not every browser has these classes as globals to compare with.
+// Some browsers do not expose these classes as globals.
 function isFolder(entry: FileSystemEntry | null): entry is FileSystemDirectoryEntry {
   return entry?.isDirectory === true;
 }

@@ -1,8 +1,8 @@
 import { byId, find } from "../dom.js";
 import { slotNames, type SlotName, type State, type Store } from "../state.js";
-import { studio } from "../studio/client.js";
-import type { Photo } from "../studio/contents.js";
-import { count, percent, size } from "../words/numbers.js";
+import { imageTask } from "../image-worker/client.js";
+import type { Photo } from "../image-worker/contents.js";
+import { count, percent, size } from "../text/numbers.js";
 import type { InputLoader } from "./load-inputs.js";
 import { drawThumbnail } from "./thumbnails.js";
 
@@ -10,39 +10,39 @@ const depthFiles = "image/png,image/jpeg,.npy,.pfm";
 const texts: {
   readonly [K in SlotName]: {
     readonly title: string;
-    /** What the card says while it is empty. */
+    /** Text of the empty card. */
     readonly hint: string;
-    /** What its buttons are about, for those who do not see the card. */
+    /** What its buttons refer to, for screen readers. */
     readonly who: string;
     readonly accept: string;
   };
 } = {
   target: {
     title: "First photo",
-    hint: "is moved onto the second",
+    hint: "is warped onto the second",
     who: "the first photo",
     accept: "image/*",
   },
   reference: {
     title: "Second photo",
-    hint: "stays as it is",
+    hint: "is the reference",
     who: "the second photo",
     accept: "image/*",
   },
   targetDepth: {
     title: "First photo",
-    hint: "gray PNG, .npy, .pfm",
+    hint: "grayscale PNG, .npy, .pfm",
     who: "the first photo's depth map",
     accept: depthFiles,
   },
   referenceDepth: {
     title: "Second photo",
-    hint: "gray PNG, .npy, .pfm",
+    hint: "grayscale PNG, .npy, .pfm",
     who: "the second photo's depth map",
     accept: depthFiles,
   },
   matches: {
-    title: "Matches of your own",
+    title: "Custom matches",
     hint: "CSV file: xt,yt,xr,yr",
     who: "the matches file",
     accept: ".csv,.txt,text/csv,text/plain",
@@ -73,7 +73,7 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
     if (changed || state.loading !== before.loading) {
       thumb.classList.toggle("empty", !loaded);
       card.setAttribute("aria-busy", String(state.loading.has(slot)));
-      sizeLine.textContent = loaded ? sizeWords(slot, state) : "";
+      sizeLine.textContent = loaded ? sizeText(slot, state) : "";
       fileLine.textContent = state.loading.has(slot)
         ? "Reading…"
         : (loaded?.file.name ?? texts[slot].hint);
@@ -82,20 +82,20 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
       if (remove) remove.hidden = !loaded;
     }
     const problem = state.problems[slot];
-    const show = (words: string) => {
-      if (note.textContent !== words) note.textContent = words;
+    const show = (text: string) => {
+      if (note.textContent !== text) note.textContent = text;
       note.classList.toggle("bad", problem !== undefined);
     };
     if (problem !== undefined) show(problem);
     else if (changed || redraws(slot, state, before) || state.problems !== before.problems) {
-      void doubt(slot, state).then((words) => {
-        if (store.state.slots[slot] === loaded && !store.state.problems[slot]) show(words);
+      void warningAbout(slot, state).then((text) => {
+        if (store.state.slots[slot] === loaded && !store.state.problems[slot]) show(text);
       });
     }
   });
 }
 
-/** Puts the common parts into a card; returns its button to remove what is there, which photos do not have. */
+/** Fills a card from the template. Returns its Remove button, which photos do not have. */
 function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLElement | null {
   const { title, who, accept } = texts[slot];
   card.append(byId("card", HTMLTemplateElement).content.cloneNode(true));
@@ -108,7 +108,7 @@ function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLE
 
   const inputs = [...card.querySelectorAll("input")];
   for (const input of inputs) {
-    // A desk's browser has no property for this attribute.
+    // Desktop browsers have no property for this attribute.
     const camera = input.hasAttribute("capture");
     input.id = camera ? `${slot}-camera` : `${slot}-file`;
     if (!camera) input.accept = accept;
@@ -119,7 +119,7 @@ function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLE
       if (file) void loader.loadOne(slot, file);
     });
   }
-  // The picture is the largest thing to press; for the keyboard there is the button.
+  // The thumbnail is the largest target for pointers; keyboards use the button.
   find(card, ".thumb", HTMLElement).addEventListener("click", () => inputs[0]?.click());
   const remove = find(card, '[data-part="remove"]', HTMLElement);
   if (slot === "target" || slot === "reference") {
@@ -134,38 +134,38 @@ function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLE
   return remove;
 }
 
-/** Whether something else than the slot's own file changed its picture. */
+/** Whether the thumbnail depends on something else that changed. */
 function redraws(slot: SlotName, state: State, before: State): boolean {
   if (slot === "matches") return state.slots.target !== before.slots.target;
   return slot.endsWith("Depth") && state.settings.depth !== before.settings.depth;
 }
 
-function sizeWords(slot: SlotName, { slots }: State): string {
+function sizeText(slot: SlotName, { slots }: State): string {
   switch (slot) {
     case "matches":
       return slots.matches ? count(slots.matches.content.length / 4, "match", "matches") : "";
     case "target":
     case "reference":
-      return slots[slot] ? photoWords(slots[slot].content) : "";
+      return slots[slot] ? photoText(slots[slot].content) : "";
     default: {
       const map = slots[slot]?.content;
       if (!map) return "";
-      const deep = map.data instanceof Uint16Array ? ", 16 bit" : "";
-      return size(map) + (map.data instanceof Float32Array ? ", float" : deep);
+      const bits = map.data instanceof Uint16Array ? ", 16 bit" : "";
+      return size(map) + (map.data instanceof Float32Array ? ", float" : bits);
     }
   }
 }
 
-function photoWords({ width, height, original, focalLength35 }: Photo): string {
-  const words =
+function photoText({ width, height, original, focalLength35 }: Photo): string {
+  const text =
     width === original.width
       ? size(original)
-      : `${size(original)}, used at ${size({ width, height })}`;
-  return focalLength35 === null ? words : `${words}, ${Math.round(focalLength35)}\u00a0mm`;
+      : `${size(original)}, downscaled to ${size({ width, height })}`;
+  return focalLength35 === null ? text : `${text}, ${Math.round(focalLength35)}\u00a0mm`;
 }
 
-/** What looks wrong about a depth map that can still be used. */
-async function doubt(slot: SlotName, { slots, settings }: State): Promise<string> {
+/** A warning about a depth map that is usable but looks wrong. */
+async function warningAbout(slot: SlotName, { slots, settings }: State): Promise<string> {
   if (slot !== "targetDepth" && slot !== "referenceDepth") return "";
   const map = slots[slot]?.content;
   const photo = slots[slot === "targetDepth" ? "target" : "reference"]?.content;
@@ -174,18 +174,18 @@ async function doubt(slot: SlotName, { slots, settings }: State): Promise<string
     const ratio = (map.width / map.height) * (photo.height / photo.width);
     if (Math.abs(ratio - 1) > 0.02) {
       return (
-        `This map is ${size(map)}, its photo ${size(photo)}: the shapes differ. ` +
-        "Is it the map of this photo, turned and cropped the same way? It would be stretched to fit."
+        `This map is ${size(map)}, its photo ${size(photo)}: the aspect ratios differ, so the map will be stretched. ` +
+        "Is it the map of this photo, rotated and cropped in the same way?"
       );
     }
   }
-  const holes = await studio("holeShare", map, settings.depth);
+  const holes = await imageTask("holeShare", map, settings.depth);
   return holes > 0.5
-    ? `${percent(holes)} of this map is unknown. Check what its values mean, below.`
+    ? `${percent(holes)} of this map is unknown. Check the meaning of its values below.`
     : "";
 }
 
-/** Calls back with the chosen files, also when the same file is chosen again. */
+/** Calls `take` with the chosen files, even if the same file is chosen again. */
 function onFiles(input: HTMLInputElement, take: (files: readonly File[]) => void): void {
   input.addEventListener("change", () => {
     const files = [...(input.files ?? [])];

@@ -1,48 +1,56 @@
-import { defaultSettings, slotNames, withArrivals } from "../state.js";
-import type { Contents, DepthSettings, Loaded, SlotName, Slots, Store } from "../state.js";
-import { studio } from "../studio/client.js";
-import { UnusableFile } from "../unusable-file.js";
-import { parseCase, type Case } from "./case-file.js";
-import { parseMatches } from "./matches-file.js";
+import { defaultSettings, slotNames, withLoaded } from "../state.js";
+import type {
+  Contents,
+  DepthSettings,
+  Loaded,
+  Settings,
+  SlotName,
+  Slots,
+  State,
+  Store,
+} from "../state.js";
+import { imageTask } from "../image-worker/client.js";
+import { InputFileError } from "../input-file-error.js";
+import { readCase, readMatches, type Case } from "./parse-files.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
 
 type Files = { readonly [K in SlotName]?: File };
 type Origin = Loaded<unknown>["origin"];
 
-/** Puts files into slots: decodes them, and keeps what a slot held when its file cannot be used. */
+/** Loads files into slots. A slot keeps its content if its new file cannot be used. */
 export class InputLoader {
   readonly #store: Store;
-  /** The newest load of each slot; an older one that ends later is forgotten. */
+  /** The latest load of each slot; results of earlier ones are discarded. */
   readonly #latest = new Map<SlotName, symbol>();
 
   constructor(store: Store) {
     this.#store = store;
   }
 
-  /** One file chosen for one slot. */
+  /** Loads one file into one slot. */
   async loadOne(slot: SlotName, file: File): Promise<void> {
     await this.#load({ [slot]: file }, "own");
   }
 
-  /** Several files at once, placed by their names. */
+  /** Loads several files, assigned by their names. */
   async loadMany(files: readonly File[]): Promise<void> {
     try {
       const caseFile = files.find(isCaseFile);
-      const theCase = caseFile ? parseCase(await caseFile.text(), caseFile.name) : null;
+      const theCase = caseFile ? await readCase(caseFile) : null;
       const { placed, left } = sortFiles(files, theCase, this.#store.state.slots);
       const absent = theCase ? namesAbsent(theCase, placed) : [];
-      if (theCase) this.#emptyOthers(placed);
+      if (theCase) this.#clearOthers(placed);
       await this.#load(placed, "own", theCase?.depth);
-      this.#tellLeftovers(left, absent, Object.keys(placed).length);
+      this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
     } catch (error) {
-      this.#store.set({ message: unusable(error, "These files were not taken.") });
+      this.#store.set({ message: unusable(error, "These files could not be loaded.") });
     }
   }
 
-  /** The case that comes with the page. */
+  /** Loads the case that is part of the page. */
   async loadSample(folder: URL): Promise<void> {
     try {
-      const theCase = parseCase(await (await fetchFile(folder, "case.json")).text(), "case.json");
+      const theCase = await readCase(await fetchFile(folder, "case.json"));
       const files: { [K in SlotName]?: File } = {};
       await Promise.all(
         slotNames.map(async (slot) => {
@@ -50,14 +58,14 @@ export class InputLoader {
           if (name !== undefined) files[slot] = await fetchFile(folder, name);
         }),
       );
-      this.#emptyOthers(files);
+      this.#clearOthers(files);
       await this.#load(files, "sample", theCase.depth);
     } catch (error) {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
     }
   }
 
-  /** Decodes the photos anew, after the limit of their size has changed. */
+  /** Decodes the photos again after the size limit has changed. */
   async reloadPhotos(): Promise<void> {
     const { target, reference } = this.#store.state.slots;
     const files = {
@@ -82,12 +90,12 @@ export class InputLoader {
     });
   }
 
-  /** A case brings everything that it has: what it lacks is emptied, what it brings is replaced on arrival. */
-  #emptyOthers(files: Files): void {
+  /** Clears the slots that a case has no file for. */
+  #clearOthers(files: Files): void {
     this.clear(slotNames.filter((slot) => !files[slot]));
   }
 
-  /** `depth` says what the values of the depth maps among the files mean, where that is known. */
+  /** Loads files into their slots. `depth` is the meaning of the depth values, if known. */
   async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<void> {
     const names = slotNames.filter((slot) => files[slot]);
     const token = Symbol();
@@ -98,80 +106,88 @@ export class InputLoader {
       problems: without(state.problems, names),
       message: null,
     });
-
     const limit = state.settings.photoLimit;
     const outcomes = await Promise.all(
-      names.map((slot) => attempt(slot, files[slot], origin, limit)),
+      names.map((slot) => decodeSlot(slot, files[slot], origin, limit)),
     );
-
     const current = names.filter((slot) => this.#latest.get(slot) === token);
-    let { slots, problems, settings } = this.#store.state;
-    let arrived: Partial<Slots> = {};
+    let { problems } = this.#store.state;
+    let loaded: Partial<Slots> = {};
     for (const [index, slot] of names.entries()) {
       const outcome = outcomes[index];
       if (!outcome || !current.includes(slot)) continue;
       if (typeof outcome === "string") problems = { ...problems, [slot]: outcome };
-      else arrived = { ...arrived, ...outcome };
+      else loaded = { ...loaded, ...outcome };
     }
-    const sampleDepth = slots.targetDepth?.origin === "sample";
-    slots = withArrivals(slots, arrived);
-    if (sampleDepth && slots.target?.origin !== "sample") {
-      // What the sample's values meant says nothing about the user's.
-      settings = { ...settings, depth: defaultSettings.depth, depthSource: "photos" };
-    }
-    if (arrived.targetDepth ?? arrived.referenceDepth) {
-      settings = { ...settings, depthSource: "files", depth: depth ?? settings.depth };
-    }
+    const slots = withLoaded(this.#store.state.slots, loaded);
     this.#store.set({
       slots,
-      settings,
+      settings: depthSettingsAfter(this.#store.state, slots, loaded, depth),
       problems,
       loading: new Set([...this.#store.state.loading].filter((slot) => !current.includes(slot))),
     });
   }
 
-  #tellLeftovers(left: readonly File[], absent: readonly string[], placed: number): void {
+  #reportUnusedFiles(left: readonly File[], absent: readonly string[], placed: number): void {
     const names = left.map((file) => file.name).join(", ");
     if (placed === 0) {
       this.#store.set({
         message: {
           tone: "error",
-          title: "None of these files fits anywhere.",
-          advice: `Photos are JPEG, PNG or WebP; depth maps gray PNG, .npy or .pfm; matches a CSV file. Not taken: ${names || "nothing named"}.`,
+          title: "None of these files can be used.",
+          advice: `Photos are JPEG, PNG or WebP files; depth maps grayscale PNG, .npy or .pfm; matches CSV. Ignored: ${names || "no files"}.`,
         },
       });
     } else if (absent.length > 0) {
       this.#store.set({
         message: {
           tone: "error",
-          title: "The case is not complete.",
-          advice: `It names ${absent.join(", ")}: drop all files of the case together.`,
+          title: "The case is incomplete.",
+          advice: `Missing: ${absent.join(", ")}. Drop all files of the case together.`,
         },
       });
     } else if (left.length > 0) {
       this.#store.set({
         message: {
           tone: "note",
-          title: "Some files were not needed.",
-          advice: `Two photos are joined at a time. Left out: ${names}.`,
+          title: "Some files were ignored.",
+          advice: `Only two photos can be stitched at a time. Ignored: ${names}.`,
         },
       });
     }
   }
 }
 
-/** How a file becomes what its slot holds. Each rejects with an {@link UnusableFile} whose message is for the user. */
+/** The decoder of each slot. Each rejects with an {@link InputFileError}. */
 const decoders: { readonly [K in SlotName]: (file: File, limit: number) => Promise<Contents[K]> } =
   {
-    target: (file, limit) => studio("decodePhoto", file, file.name, limit),
-    reference: (file, limit) => studio("decodePhoto", file, file.name, limit),
-    targetDepth: (file) => studio("decodeDepth", file, file.name),
-    referenceDepth: (file) => studio("decodeDepth", file, file.name),
-    matches: async (file) => parseMatches(await file.text(), file),
+    target: (file, limit) => imageTask("decodePhoto", file, file.name, limit),
+    reference: (file, limit) => imageTask("decodePhoto", file, file.name, limit),
+    targetDepth: (file) => imageTask("decodeDepth", file, file.name),
+    referenceDepth: (file) => imageTask("decodeDepth", file, file.name),
+    matches: (file) => readMatches(file),
   };
 
-/** The slot with its file decoded, or why that failed. */
-async function attempt<K extends SlotName>(
+/** The settings after loading: they follow the depth maps that have come or gone. */
+function depthSettingsAfter(
+  { slots: before, settings }: State,
+  slots: Slots,
+  loaded: Partial<Slots>,
+  depth: DepthSettings | undefined,
+): Settings {
+  let after = settings;
+  if (before.targetDepth?.origin === "sample" && slots.target?.origin !== "sample") {
+    // The meaning of the sample's values does not apply to files of the user.
+    after = { ...after, depth: defaultSettings.depth, depthSource: "photos" };
+  }
+  if (loaded.targetDepth ?? loaded.referenceDepth) {
+    after = { ...after, depthSource: "files", depth: depth ?? after.depth };
+  }
+  return after;
+}
+
+/** Decodes the file of a slot. Returns the slot, or why decoding failed. */
+async function decodeSlot<K extends SlotName>(
   slot: K,
   file: File | undefined,
   origin: Origin,
@@ -194,14 +210,15 @@ function namesAbsent(theCase: Case, placed: Files): string[] {
 
 async function fetchFile(folder: URL, name: string): Promise<File> {
   const response = await fetch(new URL(name, folder));
-  if (!response.ok) throw new UnusableFile(`${name}: the server answered ${response.status}.`);
+  if (!response.ok)
+    throw new InputFileError(`${name}: the server responded with status ${response.status}.`);
   const blob = await response.blob();
   return new File([blob], name, { type: blob.type });
 }
 
 function unusable(error: unknown, title: string) {
   const advice =
-    error instanceof UnusableFile
+    error instanceof InputFileError
       ? error.message
       : "Check the connection, or choose photos of your own.";
   return { tone: "error", title, advice } as const;

@@ -1,6 +1,6 @@
 import type { InputLoader } from "./load-inputs.js";
 
-/** Pictures and files pasted anywhere but into a text field are taken as if they had been dropped. */
+/** Loads pasted images and files as if they had been dropped. */
 export function bindPaste(loader: InputLoader): void {
   document.addEventListener("paste", (event) => {
     const files = [...(event.clipboardData?.files ?? [])];

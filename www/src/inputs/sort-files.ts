@@ -1,10 +1,10 @@
-import type { Case } from "./case-file.js";
+import type { Case } from "./parse-files.js";
 import type { SlotName, Slots } from "../state.js";
 
-/** Where the files of a drop belong. */
+/** The assignment of files to slots. */
 export interface Sorted {
   readonly placed: { readonly [K in SlotName]?: File };
-  /** Files that belong nowhere. */
+  /** Files that fit no slot. */
   readonly left: readonly File[];
 }
 
@@ -17,9 +17,10 @@ export function isCaseFile(file: File): boolean {
 }
 
 /**
- * Places files by name: a case's own names first; then matches by extension, depth maps by `depth` or `disparity` in the
- * name or by a format that only they have, target and reference by those words. Two photos (or depth maps) whose names say nothing are taken in the order
- * of their names, target first; a single one goes where none of the user's own is yet.
+ * Assigns files to slots by name: by the names in a case, if there is one; otherwise matches by extension, depth maps by
+ * "depth" or "disp" in the name or by a format that only depth maps use, target and reference by those words. Two photos
+ * (or depth maps) with other names are assigned in alphabetical order, target first; a single one is assigned to the slot
+ * without a file of the user.
  */
 export function sortFiles(files: readonly File[], theCase: Case | null, slots: Slots): Sorted {
   const placed: { [K in SlotName]?: File } = {};
@@ -39,7 +40,7 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
         rest.find((file) => file.name === theCase.files[slot]),
       );
     }
-    // A case says itself whether it has depth.
+    // A case lists all of its files.
     return { placed, left: rest };
   }
 

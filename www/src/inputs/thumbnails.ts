@@ -1,13 +1,13 @@
 import { context2d } from "../dom.js";
 import type { Slots, State } from "../state.js";
-import { studio } from "../studio/client.js";
-import type { Size } from "../studio/contents.js";
-import { colours } from "../studio/depth-colours.js";
+import { imageTask } from "../image-worker/client.js";
+import type { Size } from "../image-worker/contents.js";
+import { colours } from "../image-worker/depth-colours.js";
 
-/** Twice the widest card, for dense screens. */
+/** Twice the width of the widest card, for high-density screens. */
 const width = 480;
 
-/** Draws one slot's content, as small as it is shown. */
+/** Draws the thumbnail of a slot. */
 export async function drawThumbnail(
   canvas: HTMLCanvasElement,
   slot: keyof Slots,
@@ -21,7 +21,7 @@ export async function drawThumbnail(
     case "targetDepth":
     case "referenceDepth":
       if (slots[slot]) {
-        put(canvas, await studio("depthBitmap", slots[slot].content, settings.depth, width));
+        put(canvas, await imageTask("depthBitmap", slots[slot].content, settings.depth, width));
       }
       break;
     case "matches":
@@ -38,7 +38,7 @@ function put(canvas: HTMLCanvasElement, bitmap: ImageBitmap): void {
   context2d(canvas).drawImage(bitmap, 0, 0);
 }
 
-/** Each match as a line from its place in the target to its place in the reference, the longest brightest. */
+/** Draws each match as a line from its position in the target to that in the reference; longer ones are brighter. */
 function drawMatches(canvas: HTMLCanvasElement, matches: Float32Array, photo: Size | null): void {
   const extent = photo ?? extentOf(matches);
   const scale = width / extent.width;
@@ -48,7 +48,7 @@ function drawMatches(canvas: HTMLCanvasElement, matches: Float32Array, photo: Si
   const lines = lineList(matches);
   const lengths = lines.map(([xt, yt, xr, yr]) => Math.hypot(xr - xt, yr - yt));
   const longest = [...lengths].sort((a, b) => a - b)[Math.floor(0.95 * (lengths.length - 1))] || 1;
-  // At most some hundreds, evenly picked: more would only be a blot.
+  // A few hundred evenly sampled lines; more would be illegible.
   const step = Math.max(1, Math.ceil(lines.length / 400));
   context.lineWidth = 1.5;
   for (let i = 0; i < lines.length; i += step) {

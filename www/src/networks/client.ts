@@ -1,19 +1,19 @@
 import type { NetworkName, NetworkProgress, NetworkReply, Requests } from "./requests.js";
 
-/** A network that could not be fetched or run; the message is for the user. */
+/** A network could not be fetched or run. The message is for the user. */
 export class NetworkError extends Error {
   override readonly name = "NetworkError";
 }
 
-/** How long a worker with a network in its memory may wait for more to do, in milliseconds. */
+/** Milliseconds after which an idle worker, which holds a network in memory, is terminated. */
 const idleTime = 60_000;
 
 let worker: Worker | null = null;
 let idle = 0;
 
 /**
- * Runs a network in a worker of its own, which is started by the first call. Aborting ends that worker: a network that
- * runs cannot be stopped otherwise. One call at a time.
+ * Runs a network in a worker, which is started by the first call. Aborting terminates the worker, as a running network
+ * cannot be interrupted. Only one call may run at a time.
  */
 export function runNetwork<N extends NetworkName>(
   name: N,
@@ -52,7 +52,7 @@ export function runNetwork<N extends NetworkName>(
       event.preventDefault();
       settle(() => {
         end();
-        reject(new NetworkError(event.message || "its program could not be loaded"));
+        reject(new NetworkError(event.message || "its script could not be loaded"));
       });
     };
     running.postMessage({ name, args });

@@ -1,13 +1,13 @@
 import type { ImageInput, ImageOutput, Mask } from "depthstitch";
 import type { EstimatedDepth } from "depthstitch/depth";
 
-/** What the worker of the networks is asked to do. */
+/** Requests to the worker that runs networks. */
 export interface Requests {
   depth: {
     args: {
       readonly photo: ImageInput;
       readonly model: DepthModelName;
-      /** Where Depth Anything is fetched from; empty for the library's own choice. */
+      /** Host of Depth Anything; empty for the default of the library. */
       readonly host: string;
       readonly onnx: OnnxDepth;
     };
@@ -18,20 +18,20 @@ export interface Requests {
       readonly mosaic: ImageInput;
       readonly voidMask: Mask;
       readonly model: "migan" | "lama";
-      /** Where the weights are; empty for where their authors published them. */
+      /** URL of the weights; empty for where they were published. */
       readonly address: string;
     };
     result: ImageOutput;
   };
 }
 
-/** A size of Depth Anything, or a network of the user's own in one ONNX file. */
-export type DepthModelName = "small" | "base" | "large" | "onnx";
+/** Depth Anything V2 Small, or a custom network in one ONNX file. */
+export type DepthModelName = "small" | "onnx";
 
-/** A network of the user's own: where it is, what it takes and what it makes of it. */
+/** A custom network: its URL, its input range and its output. */
 export interface OnnxDepth {
   readonly address: string;
-  /** Colours from 0 to 1, or those less ImageNet's mean and by its deviation. */
+  /** Colours from 0 to 1, or normalized by the mean and standard deviation of ImageNet. */
   readonly colours: "plain" | "imagenet";
   readonly output: "inverse" | "metric";
 }
@@ -40,7 +40,7 @@ export type NetworkRequest = {
   [N in NetworkName]: { readonly name: N; readonly args: Requests[N]["args"] };
 }[NetworkName];
 
-/** How far a network has come: in which step it is, and bytes while it is being downloaded. */
+/** Progress of a network, with bytes while downloading. */
 export interface NetworkProgress {
   readonly stage: "download" | "prepare" | "run";
   readonly fraction: number;

@@ -2,7 +2,7 @@ import type { DepthEstimator } from "depthstitch/depth";
 import type { Inpainter } from "depthstitch/inpaint";
 import type { NetworkProgress, NetworkReply, NetworkRequest, Requests } from "./requests.js";
 
-/** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library has only the window's. */
+/** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
 interface WorkerScope {
   onmessage: ((event: MessageEvent<NetworkRequest>) => void) | null;
   postMessage(reply: NetworkReply, transfer: ArrayBuffer[]): void;
@@ -23,7 +23,7 @@ async function work(request: NetworkRequest): Promise<void> {
   }
 }
 
-/** The network in use, kept for the second photo; another one takes its place. */
+/** The network in memory, which is reused for the second photo. */
 let loaded: { key: string; network: Promise<DepthEstimator | Inpainter> } | null = null;
 
 async function network<T extends DepthEstimator | Inpainter>(
@@ -43,9 +43,9 @@ async function network<T extends DepthEstimator | Inpainter>(
   }
 }
 
-/** Of the colours of ImageNet's photos, from 0 to 1. */
+/** Statistics of ImageNet, for colours from 0 to 1. */
 const imagenet = { mean: [0.485, 0.456, 0.406], std: [0.229, 0.224, 0.225] } as const;
-/** For networks that take every size: a multiple of 14 and of 32, the usual patches. */
+/** For networks with dynamic input size: a multiple of 14 and 32, the usual patch sizes. */
 const inputSize = { width: 448, height: 448 };
 
 async function estimate({ photo, model, host, onnx }: Requests["depth"]["args"]) {
@@ -58,7 +58,7 @@ async function estimate({ photo, model, host, onnx }: Requests["depth"]["args"])
           loadOnnxDepth({ weights, ...values, inputSize, output, onProgress }),
         )
       : await network(`depth ${model} ${host}`, () =>
-          loadDepthModel({ model, ...(host && { host }), onProgress }),
+          loadDepthModel({ ...(host && { host }), onProgress }),
         );
   const depth = await estimator.estimate(photo, { onProgress });
   return { ...depth, device: estimator.device };

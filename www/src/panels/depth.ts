@@ -2,7 +2,7 @@ import { byId, context2d, onClick, setEnabled } from "../dom.js";
 import type { DepthModelName } from "../networks/requests.js";
 import type { Runner } from "../run/run.js";
 import type { DepthSource, State, Store } from "../state.js";
-import { paintColourLegend, paintHoleLegend } from "../studio/depth-colours.js";
+import { paintColourLegend, paintHoleLegend } from "../image-worker/depth-colours.js";
 import { radios } from "./radios.js";
 
 const sources: Readonly<Record<DepthSource, string>> = {
@@ -13,25 +13,23 @@ const sources: Readonly<Record<DepthSource, string>> = {
 
 const models: Readonly<Record<DepthModelName, { label: string; hint: string }>> = {
   small: {
-    label: "Small",
-    hint: "About 27 MB, or 50 MB with a GPU; free for every use.",
+    label: "Depth Anything V2 Small",
+    hint: "About 27 MB, or 50 MB with a GPU; Apache-2.0 licence.",
   },
-  base: { label: "Base", hint: "About 100 MB, or 200 MB with a GPU; not for commercial use." },
-  large: { label: "Large", hint: "About 340 MB, or 670 MB with a GPU; not for commercial use." },
   onnx: {
-    label: "Your own (ONNX)",
-    hint: "One file; it takes one photo, as [1, 3, height, width], and its host must let this page read it.",
+    label: "Custom (ONNX)",
+    hint: "One file with an input [1, 3, height, width]. Its host must allow cross-origin requests.",
   },
 };
 
-/** Binds the choice of where depth comes from, and what belongs to each. */
+/** Binds the choice of the depth source and its settings. */
 export function bindDepth(store: Store, runner: Runner): void {
   bindSource(store);
   bindNetwork(store, runner);
   bindMeaning(store);
 }
 
-/** Opens the choice of depth at the network, which the user still has to start. */
+/** Opens the settings of the depth network, which the user has to start. */
 export function offerNetwork(store: Store): void {
   store.change({ depthSource: "model" });
   byId("depth-panel", HTMLDetailsElement).open = true;
@@ -43,9 +41,9 @@ export function offerNetwork(store: Store): void {
 function bindSource(store: Store): void {
   radios("depth-source", store, "depthSource");
   store.subscribe(({ settings }) => {
-    const own = settings.depthSource === "model" && settings.depthModel === "onnx";
-    byId("depth-summary", HTMLElement).textContent = own
-      ? "your own network"
+    const custom = settings.depthSource === "model" && settings.depthModel === "onnx";
+    byId("depth-summary", HTMLElement).textContent = custom
+      ? "custom network"
       : sources[settings.depthSource];
     byId("depth-model-part", HTMLElement).hidden = settings.depthSource !== "model";
     byId("depth-files-part", HTMLElement).hidden = settings.depthSource !== "files";
@@ -88,7 +86,7 @@ function bindNetwork(store: Store, runner: Runner): void {
     byId("depth-host-part", HTMLElement).hidden = depthModel === "onnx";
     byId("depth-onnx-part", HTMLElement).hidden = depthModel !== "onnx";
     byId("depth-model-hint", HTMLElement).textContent =
-      `${models[settings.depthModel].hint} It is downloaded once and kept by the browser; your photos stay here.`;
+      `${models[settings.depthModel].hint} It is downloaded once and cached by the browser. Your photos are not uploaded.`;
     setEnabled(button, !running && (depthModel !== "onnx" || depthOnnx.address !== ""));
   };
   store.subscribe((state, before) => {
@@ -97,7 +95,7 @@ function bindNetwork(store: Store, runner: Runner): void {
   draw(store.state);
 }
 
-/** What the values of depth maps from files mean, and how they are coloured. */
+/** Binds the meaning of depth values from files, and draws the legend. */
 function bindMeaning(store: Store): void {
   const kinds = [...document.querySelectorAll<HTMLInputElement>('input[name="depth-kind"]')];
   const invalid = byId("depth-invalid", HTMLInputElement);

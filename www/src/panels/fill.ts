@@ -1,25 +1,25 @@
 import { byId } from "../dom.js";
-import type { Filler, State, Store } from "../state.js";
+import type { FillMethod, State, Store } from "../state.js";
 import { radios } from "./radios.js";
 
-const names: Readonly<Record<Filler, string>> = {
-  core: "filled by similar places",
-  migan: "filled by MI-GAN",
-  lama: "filled by LaMa",
+const names: Readonly<Record<FillMethod, string>> = {
+  core: "filled by patches of the background",
+  migan: "inpainted by MI-GAN",
+  lama: "inpainted by LaMa",
 };
 
-/** Binds the choice of what fills the voids. */
+/** Binds the choice of how voids are filled. */
 export function bindFill(store: Store): void {
-  radios("filler", store, "filler");
+  radios("fill-method", store, "fillMethod");
   const address = byId("fill-host", HTMLInputElement);
-  address.placeholder = "where its authors published it";
+  address.placeholder = "default host";
   address.addEventListener("change", () => store.change({ fillAddress: address.value.trim() }));
   const draw = ({ settings }: State) => {
-    const { filler, options } = settings;
-    byId("fill-host-part", HTMLElement).hidden = filler === "core";
+    const { fillMethod, options } = settings;
+    byId("fill-host-part", HTMLElement).hidden = fillMethod === "core";
     address.value = settings.fillAddress;
     byId("fill-summary", HTMLElement).textContent =
-      filler === "core" && options.fill === "none" ? "left empty" : names[filler];
+      fillMethod === "core" && options.fill === "none" ? "not filled" : names[fillMethod];
   };
   store.subscribe((state, before) => {
     if (state.settings !== before.settings) draw(state);

@@ -6,12 +6,12 @@ import type { Runner } from "../run/run.js";
 import type { Store } from "../state.js";
 import { pictureBitmap } from "../view/bitmaps.js";
 import { comparison } from "../view/compare-views.js";
-import { decibels, percent, similarity } from "../words/numbers.js";
+import { decibels, percent, similarity } from "../text/numbers.js";
 
-/** Twice the widest card, for dense screens. */
+/** Twice the width of the widest card, for high-density screens. */
 const width = 560;
 
-/** Binds the gallery of methods: each with its picture and figures, and the result itself at the end. */
+/** Binds the comparison of methods: a mosaic with quality measures for each, and the result itself last. */
 export function bindMethods(store: Store, runner: Runner, openView: (id: string) => void): void {
   const button = byId("methods-run", HTMLButtonElement);
   const list = byId("methods", HTMLElement);
@@ -29,7 +29,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
     const own = makeCard("depthstitch", "the result above");
     list.replaceChildren(...cards, own);
     void fillCard(own, outcome.result);
-    void runner.other(async (call) => {
+    void runner.compute(async (call) => {
       for (const [index, method] of offered.entries()) {
         const card = cards[index];
         if (!card || store.state.outcome !== outcome) return;
@@ -41,7 +41,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
           card.append(open);
         } catch (error) {
           if (call.signal?.aborted) throw error;
-          // That a method fails on these photos is a finding, not a fault.
+          // A method that fails on these photos is part of the comparison.
           find(card, ".agreement", HTMLElement).textContent =
             error instanceof Error ? error.message : String(error);
         }
@@ -58,7 +58,7 @@ function makeCard(label: string, hint: string): HTMLLIElement {
   return make(
     "li",
     { class: "method" },
-    make("canvas", { width: "4", height: "3", role: "img", "aria-label": `Picture by: ${label}` }),
+    make("canvas", { width: "4", height: "3", role: "img", "aria-label": `Result of: ${label}` }),
     make("h4", {}, label),
     make("p", { class: "muted" }, hint),
     make("p", { class: "agreement" }, "…"),

@@ -1,48 +1,51 @@
 import { defaultOptions, type Options } from "depthstitch";
+import {
+  OPTION_LIST,
+  type BooleanOption,
+  type ChoiceOption,
+  type NumberOption,
+  type OptionGroup,
+  type OptionName,
+  type OptionSpec,
+} from "depthstitch/options";
 import { byId, make } from "../dom.js";
 import type { Store } from "../state.js";
-import { count } from "../words/numbers.js";
-import {
-  groups,
-  modeField,
-  type ChoiceField,
-  type Field,
-  type FlagField,
-  type NumberField,
-} from "./option-fields.js";
+import { count } from "../text/numbers.js";
 
-/** A control: how it shows an option, and what it says of it; nothing where it says what is usual. */
+/** A control of one option. */
 interface Control {
-  write(options: Readonly<Options>, usual: Readonly<Options>): void;
-  read(usual: Readonly<Options>): Partial<Options>;
+  write(options: Readonly<Options>): void;
+  /** The option if it differs from the defaults. */
+  read(defaults: Readonly<Options>): Partial<Options>;
 }
 
-/** Builds the form and binds it to the settings' options, which hold only what is not usual in their mode. */
-export function bindOptions(store: Store, defaults: Readonly<Options>): void {
+const groupTitles: readonly (readonly [OptionGroup, string])[] = [
+  ["matching", "Matching"],
+  ["geometry", "Geometry"],
+  ["warping", "Depth and warp"],
+  ["compositing", "Compositing"],
+];
+
+/** Units of the form that differ from those of the core: the number shown is multiplied by `factor`. */
+const displayUnits: { readonly [K in OptionName]?: { unit: string; factor: number } } = {
+  voidDistance: { unit: "% of the diagonal", factor: 0.01 },
+  maxBytes: { unit: "MB", factor: 1e6 },
+};
+
+/** Builds the form and binds it to the options in the settings, which hold only values that differ from the defaults. */
+export function bindOptions(store: Store, initialDefaults: Readonly<Options>): void {
   const form = byId("options", HTMLFormElement);
   const summary = byId("options-summary", HTMLElement);
-  const controls: Control[] = [];
-  let usual = defaults;
-  const add = (parent: HTMLElement, field: Field) => void controls.push(makeControl(parent, field));
-
-  const top = make("fieldset", {}, make("legend", { class: "visually-hidden" }, "Method"));
-  add(top, modeField);
-  form.append(top);
-  for (const { title, fields } of groups) {
-    const fieldset = make("fieldset", {}, make("legend", { class: "visually-hidden" }, title));
-    for (const field of fields) add(fieldset, field);
-    form.append(make("details", {}, make("summary", {}, title), fieldset));
-  }
-  form.append(make("button", { type: "reset" }, "Reset to defaults"));
+  const controls = buildForm(form);
+  let defaults = initialDefaults;
 
   const draw = async ({ options }: { readonly options: Partial<Options> }) => {
     const { mode = "default" } = options;
-    if (mode !== usual.mode) usual = await defaultOptions(mode).catch(() => usual);
+    if (mode !== defaults.mode) defaults = await defaultOptions(mode).catch(() => defaults);
     if (store.state.settings.options !== options) return;
-    for (const control of controls) control.write({ ...usual, ...options }, usual);
+    for (const control of controls) control.write({ ...defaults, ...options });
     const changed = Object.keys(options).length;
-    summary.textContent =
-      changed === 0 ? "all at their defaults" : count(changed, "changed", "changed");
+    summary.textContent = changed === 0 ? "all defaults" : count(changed, "changed", "changed");
   };
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("reset", (event) => {
@@ -51,13 +54,12 @@ export function bindOptions(store: Store, defaults: Readonly<Options>): void {
   });
   form.addEventListener("change", () => {
     const read = controls.reduce<Partial<Options>>(
-      (all, control) => ({ ...all, ...control.read(usual) }),
+      (all, control) => ({ ...all, ...control.read(defaults) }),
       {},
     );
-    // In another mode other values are usual, so what was chosen in the old one is dropped.
+    // The other mode has other defaults, so changing it resets all options.
     const { mode } = read;
-    const changed = (mode ?? "default") !== usual.mode;
-    const rest = changed ? {} : read;
+    const rest = (mode ?? "default") === defaults.mode ? read : {};
     store.change({ options: mode === "paper" ? { ...rest, mode } : without(rest, "mode") });
   });
   store.subscribe(({ settings }, before) => {
@@ -67,80 +69,133 @@ export function bindOptions(store: Store, defaults: Readonly<Options>): void {
   });
 }
 
+function buildForm(form: HTMLFormElement): Control[] {
+  const fieldset = (title: string, group: OptionGroup, controls: Control[]) => {
+    const parent = make("fieldset", {}, make("legend", { class: "visually-hidden" }, title));
+    for (const [name, spec] of OPTION_LIST) {
+      if (spec.group === group) controls.push(makeControl(parent, name, spec));
+    }
+    return parent;
+  };
+  const controls: Control[] = [];
+  form.append(fieldset("Method", "preset", controls));
+  for (const [group, title] of groupTitles) {
+    const fields = fieldset(title, group, controls);
+    form.append(make("details", {}, make("summary", {}, title), fields));
+  }
+  form.append(make("button", { type: "reset" }, "Reset to defaults"));
+  return controls;
+}
+
 function without(options: Partial<Options>, key: keyof Options): Partial<Options> {
   const out = { ...options };
   delete out[key];
   return out;
 }
 
-function makeControl(parent: HTMLElement, field: Field): Control {
-  if (field === "threshold") return threshold(parent);
-  if ("flag" in field) return flag(parent, field);
-  return "choices" in field ? choice(parent, field) : number(parent, field);
+function makeControl(parent: HTMLElement, name: OptionName, spec: OptionSpec): Control {
+  switch (spec.type) {
+    case "boolean":
+      return checkboxControl(parent, name, spec);
+    case "choice":
+      return choiceControl(parent, name, spec);
+    default:
+      return spec.keyword === undefined
+        ? numberControl(parent, name, spec)
+        : keywordControl(parent, name, spec, spec.keyword);
+  }
 }
 
-function number(parent: HTMLElement, field: NumberField): Control {
-  const { key, min, max, step, unit = 1 } = field;
-  const input = make("input", { id: `option-${key}`, type: "number" });
-  input.min = String(min);
-  input.step = String(step);
-  if (max !== undefined) input.max = String(max);
-  parent.append(label(input.id, field.label, field.hint), input);
-  const shown = (value: number) => String(Number((value / unit).toPrecision(12)));
+/** A control whose value is read and written by functions of its element. */
+function control(
+  name: OptionName,
+  write: (value: unknown) => void,
+  read: () => unknown,
+  isDefault = (value: unknown, standard: unknown) => value === standard,
+): Control {
   return {
-    write: (options) => void (input.value = shown(options[key])),
-    read(usual) {
-      if (input.value === shown(usual[key])) return {};
-      // An empty field is not a number: the core refuses it by name, in words.
-      return { [key]: input.value === "" ? Number.NaN : input.valueAsNumber * unit };
+    write: (options) => write(options[name]),
+    read: (defaults) => {
+      const value = read();
+      return isDefault(value, defaults[name]) ? {} : { [name]: value };
     },
   };
 }
 
-function choice(parent: HTMLElement, { key, label: words, choices }: ChoiceField): Control {
-  const select = make("select", { id: `option-${key}` });
-  for (const [value, text] of Object.entries(choices)) select.append(new Option(text, value));
-  parent.append(label(select.id, words), select);
-  return {
-    write: (options) => void (select.value = options[key]),
-    // The usual mode goes by the name of the one that is in force: it is always told.
-    read: (usual) => (select.value === usual[key] && key !== "mode" ? {} : { [key]: select.value }),
-  };
+function numberInput(name: OptionName, spec: NumberOption): HTMLInputElement {
+  const { factor = 1 } = displayUnits[name] ?? {};
+  const step = spec.type === "integer" && factor === 1 ? "1" : "any";
+  const input = make("input", { id: `option-${name}`, type: "number", step });
+  input.min = String(spec.min / factor);
+  if (spec.max !== undefined) input.max = String(spec.max / factor);
+  input.title = spec.description;
+  return input;
 }
 
-function flag(parent: HTMLElement, { flag: key, label: words }: FlagField): Control {
-  const input = make("input", { id: `option-${key}`, type: "checkbox" });
-  parent.append(make("label", { class: "check" }, input, words));
-  return {
-    write: (options) => void (input.checked = options[key]),
-    read: (usual) => (input.checked === usual[key] ? {} : { [key]: input.checked }),
-  };
-}
-
-/** A number of pixels, or the paper's own way to say it. */
-function threshold(parent: HTMLElement): Control {
-  const input = make("input", { id: "option-threshold", type: "number", min: "0", step: "any" });
-  const paper = make("input", { id: "option-threshold-paper", type: "checkbox" });
-  paper.addEventListener("change", () => {
-    input.disabled = paper.checked;
-  });
-  parent.append(
-    label(input.id, "Threshold", "px of the second photo"),
-    input,
-    make("label", { class: "check" }, paper, "as the paper (0.1)"),
+function numberControl(parent: HTMLElement, name: OptionName, spec: NumberOption): Control {
+  const { factor = 1, unit = spec.unit } = displayUnits[name] ?? {};
+  const input = numberInput(name, spec);
+  parent.append(label(input.id, spec, unit), input);
+  const shown = (value: unknown) => String(Number((Number(value) / factor).toPrecision(12)));
+  return control(
+    name,
+    (value) => void (input.value = shown(value)),
+    // An empty field is not a number, which the core rejects with a message.
+    () => (input.value === "" ? Number.NaN : input.valueAsNumber * factor),
+    (value, standard) => shown(value) === shown(standard),
   );
-  return {
-    write({ threshold: value }) {
-      paper.checked = input.disabled = value === "paper";
-      input.value = value === "paper" ? "3" : String(value);
-    },
-    read({ threshold: usual }) {
-      const value = paper.checked ? "paper" : input.valueAsNumber;
-      return value === usual ? {} : { threshold: value };
-    },
-  };
 }
 
-function label(id: string, words: string, hint?: string): HTMLLabelElement {
-  return make("label", { for: id }, words, ...(hint ? [make("small", {}, hint)] : []));
+/** A number or a keyword in its place. */
+function keywordControl(
+  parent: HTMLElement,
+  name: OptionName,
+  spec: NumberOption,
+  keyword: string,
+): Control {
+  const input = numberInput(name, spec);
+  const box = make("input", { id: `option-${name}-${keyword}`, type: "checkbox" });
+  box.addEventListener("change", () => {
+    input.disabled = box.checked;
+  });
+  const words = make("label", { class: "check" }, box, `as in the ${keyword}`);
+  parent.append(label(input.id, spec, spec.unit), input, words);
+  return control(
+    name,
+    (value) => {
+      box.checked = input.disabled = value === keyword;
+      input.value = String(value === keyword ? spec.default : value);
+    },
+    () => (box.checked ? keyword : input.valueAsNumber),
+  );
+}
+
+function choiceControl(parent: HTMLElement, name: OptionName, spec: ChoiceOption): Control {
+  const select = make("select", { id: `option-${name}` });
+  for (const [value, text] of Object.entries(spec.choices)) select.append(new Option(text, value));
+  select.title = spec.description;
+  parent.append(label(select.id, spec), select);
+  return control(
+    name,
+    (value) => void (select.value = String(value)),
+    () => select.value,
+    // The mode selects the defaults, so it is always read.
+    (value, standard) => name !== "mode" && value === standard,
+  );
+}
+
+function checkboxControl(parent: HTMLElement, name: OptionName, spec: BooleanOption): Control {
+  const input = make("input", { id: `option-${name}`, type: "checkbox" });
+  const words = make("label", { class: "check" }, input, spec.label);
+  words.title = spec.description;
+  parent.append(words);
+  return control(
+    name,
+    (value) => void (input.checked = value === true),
+    () => input.checked,
+  );
+}
+
+function label(id: string, spec: OptionSpec, unit?: string): HTMLLabelElement {
+  return make("label", { for: id }, spec.label, ...(unit ? [make("small", {}, unit)] : []));
 }

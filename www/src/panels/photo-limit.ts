@@ -2,7 +2,7 @@ import { byId } from "../dom.js";
 import type { InputLoader } from "../inputs/load-inputs.js";
 import type { Store } from "../state.js";
 
-/** Binds the limit of the photos' size; photos that are there already are decoded anew. */
+/** Binds the limit of the photo size. Loaded photos that it affects are decoded again. */
 export function bindPhotoLimit(store: Store, loader: InputLoader): void {
   const select = byId("photo-limit", HTMLSelectElement);
   select.addEventListener("change", () => store.change({ photoLimit: Number(select.value) }));
@@ -13,13 +13,12 @@ export function bindPhotoLimit(store: Store, loader: InputLoader): void {
     }
     select.value = value;
     if (photoLimit === before.settings.photoLimit) return;
-    // A photo is decoded anew only if the limit, before or now, is one for it.
-    const concerns = [slots.target, slots.reference].some((slot) => {
+    const affected = [slots.target, slots.reference].some((slot) => {
       if (!slot) return false;
       const { original, width } = slot.content;
       const longer = Math.max(original.width, original.height);
       return width < original.width || (photoLimit > 0 && longer > photoLimit);
     });
-    if (concerns) void loader.reloadPhotos();
+    if (affected) void loader.reloadPhotos();
   });
 }

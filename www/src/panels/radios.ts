@@ -1,7 +1,7 @@
 import type { Settings, Store } from "../state.js";
 
-/** Binds the radio buttons of one name to the setting that holds the checked one's value. */
-export function radios(name: string, store: Store, key: "depthSource" | "filler"): void {
+/** Binds radio buttons of one name to a setting. */
+export function radios(name: string, store: Store, key: "depthSource" | "fillMethod"): void {
   const buttons = [...document.querySelectorAll<HTMLInputElement>(`input[name="${name}"]`)];
   for (const button of buttons) {
     button.addEventListener("change", () => store.change({ [key]: button.value }));

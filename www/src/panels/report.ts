@@ -1,10 +1,10 @@
 import type { StitchResult } from "depthstitch";
 import { byId, find, make } from "../dom.js";
 import type { Outcome, State, Store } from "../state.js";
-import { count, milliseconds, seconds } from "../words/numbers.js";
-import { keyFigures, qualityRows, reportParagraphs, stages, stageWords } from "../words/report.js";
+import { count, milliseconds, seconds } from "../text/numbers.js";
+import { keyFigures, qualityRows, reportParagraphs, stages, stageText } from "../text/report.js";
 
-/** Binds figures, warnings and the report in words to the outcome. */
+/** Binds key figures, warnings and report to the outcome. */
 export function bindReport(store: Store): void {
   const section = byId("results", HTMLElement);
   store.subscribe((state, before) => {
@@ -15,7 +15,7 @@ export function bindReport(store: Store): void {
   });
 }
 
-/** What the result was made from, and whether that is still what the inputs hold. */
+/** The inputs of the result, and whether they have changed since. */
 function source({ outcome, slots, running, settings }: State): string {
   if (!outcome) return "";
   const { target, reference } = outcome.slots;
@@ -36,10 +36,9 @@ function showReport(outcome: Outcome): void {
     find(figures, `[data-under="${name}"]`, HTMLElement).textContent = under;
   }
   showWarnings(result);
-  byId("report-summary", HTMLElement).textContent =
-    `how it was made, in ${seconds(outcome.elapsed)}`;
-  byId("report-words", HTMLElement).replaceChildren(
-    ...reportParagraphs(outcome).map((words) => make("p", {}, words)),
+  byId("report-summary", HTMLElement).textContent = `computed in ${seconds(outcome.elapsed)}`;
+  byId("report-text", HTMLElement).replaceChildren(
+    ...reportParagraphs(outcome).map((text) => make("p", {}, text)),
   );
   byId("quality-rows", HTMLElement).replaceChildren(
     ...qualityRows(result).map(([name = "", ...cells]) => row(name, cells)),
@@ -58,15 +57,15 @@ function showWarnings({ report }: StitchResult): void {
 }
 
 function showTimes({ times }: StitchResult): void {
-  const gone = stages.flatMap((stage) => {
+  const run = stages.flatMap((stage) => {
     const time = stage in times ? times[stage as keyof typeof times] : undefined;
     return time === undefined ? [] : [{ stage, time }];
   });
-  const total = gone.reduce((sum, { time }) => sum + time, 0);
-  const rows = gone.map(({ stage, time }) => {
+  const total = run.reduce((sum, { time }) => sum + time, 0);
+  const rows = run.map(({ stage, time }) => {
     const bar = make("div", { class: "bar" });
     bar.style.setProperty("--share", String(total > 0 ? time / total : 0));
-    return row(stageWords[stage].name, [bar, milliseconds(time)]);
+    return row(stageText[stage].name, [bar, milliseconds(time)]);
   });
   const sum = row("All stages", ["", milliseconds(total)]);
   sum.className = "total";

@@ -3,22 +3,22 @@ import { runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import type { Settings } from "../state.js";
 
-const kept = new WeakMap<StitchResult, Map<string, StitchResult["mosaic"]>>();
+const cache = new WeakMap<StitchResult, Map<string, StitchResult["mosaic"]>>();
 
-/** The mosaic with its voids filled as the settings say: by the core already, or by a network now, once. */
+/** The mosaic with voids filled as the settings say: by the core, or by a network, whose output is cached. */
 export async function filledMosaic(
   result: StitchResult,
-  { filler, fillAddress }: Settings,
+  { fillMethod, fillAddress }: Settings,
   signal: AbortSignal,
   onProgress: (progress: NetworkProgress) => void,
 ): Promise<StitchResult["mosaic"]> {
   const { mosaic, voidMask } = result;
-  if (filler === "core" || !voidMask.data.includes(255)) return mosaic;
-  const known = kept.get(result) ?? new Map<string, StitchResult["mosaic"]>();
-  kept.set(result, known);
-  const key = `${filler} ${fillAddress}`;
-  const args = { mosaic, voidMask, model: filler, address: fillAddress };
-  const filled = known.get(key) ?? (await runNetwork("fill", args, signal, onProgress));
-  known.set(key, filled);
+  if (fillMethod === "core" || !voidMask.data.includes(255)) return mosaic;
+  const filledBy = cache.get(result) ?? new Map<string, StitchResult["mosaic"]>();
+  cache.set(result, filledBy);
+  const key = `${fillMethod} ${fillAddress}`;
+  const args = { mosaic, voidMask, model: fillMethod, address: fillAddress };
+  const filled = filledBy.get(key) ?? (await runNetwork("fill", args, signal, onProgress));
+  filledBy.set(key, filled);
   return filled;
 }

@@ -2,75 +2,74 @@ import type { Options } from "depthstitch";
 import type { Outcome } from "../state.js";
 import type { Job } from "./job.js";
 
-/** A way of stitching to compare with. */
+/** A method to compare with. */
 export interface Method {
   readonly id: string;
   readonly label: string;
-  /** What is different about it, in a few words. */
+  /** A short explanation. */
   readonly hint: string;
   readonly options: Partial<Options>;
-  /** Whether it uses depth; without, there is nothing but a homography. */
+  /** Whether depth maps are passed. */
   readonly depth: boolean;
 }
 
 const paper = (change: Partial<Options>): Partial<Options> => ({ mode: "paper", ...change });
 
-/** From what one does without depth to all of the paper; the last one is the result itself. */
+/** From a homography to the complete method of the paper. */
 export const methods: readonly Method[] = [
   {
     id: "homography",
     label: "Homography",
-    hint: "one plane for everything, as panoramas are made",
+    hint: "one plane for the whole scene, as in panorama stitching",
     options: { withoutDepth: "homography" },
     depth: false,
   },
   {
     id: "homography-fit",
-    label: "Inliers by one homography",
-    hint: "depth, but fitted on what one plane agrees with",
+    label: "Inliers of one homography",
+    hint: "depth model fitted to the inliers of one homography",
     options: paper({ robustFit: "homography" }),
     depth: true,
   },
   {
     id: "multi-homography-fit",
-    label: "Inliers by several homographies",
-    hint: "depth, fitted on what several planes agree with",
+    label: "Inliers of several homographies",
+    hint: "depth model fitted to the inliers of several homographies",
     options: paper({ robustFit: "multi-homography" }),
     depth: true,
   },
   {
     id: "forward",
     label: "Forward warp",
-    hint: "each pixel to the nearest place, with gaps between",
+    hint: "each pixel is moved to the nearest pixel, which leaves gaps",
     options: paper({ warpMode: "forward" }),
     depth: true,
   },
   {
     id: "backward",
     label: "Backward warp",
-    hint: "no gaps, but what is hidden is smeared",
+    hint: "no gaps, but occluded areas are smeared",
     options: paper({ warpMode: "backward" }),
     depth: true,
   },
   {
     id: "backward+void",
-    label: "Backward warp, voids found",
-    hint: "what is hidden is left out",
+    label: "Backward warp with void recovery",
+    hint: "occluded areas are left empty",
     options: paper({ warpMode: "backward+void" }),
     depth: true,
   },
   {
     id: "paper",
-    label: "The paper, complete",
-    hint: "where surfaces overlap, the better one",
+    label: "The complete method of the paper",
+    hint: "overlapping surfaces are resolved",
     options: paper({}),
     depth: true,
   },
 ];
 
 /**
- * The job of a method on the photos of a result: with the same matches, and with the depth that the result was made with,
- * given or found.
+ * The job of a method on the photos of a result, with the same matches and the same depth, given or estimated.
  */
 export function jobFor(method: Method, { job, result }: Outcome): Job {
   const { target, reference } = job;
@@ -89,6 +88,7 @@ export function jobFor(method: Method, { job, result }: Outcome): Job {
   };
 }
 
+/** Whether a method needs depth that the result does not have. */
 export function isDegenerate(method: Method, { job, result }: Outcome): boolean {
   return method.depth && !job.targetDepth && !result.targetDepth;
 }

@@ -1,16 +1,16 @@
 import { byId, make } from "../dom.js";
 import type { Running, State, Store } from "../state.js";
-import { percent } from "../words/numbers.js";
-import { stages, stageWords } from "../words/report.js";
+import { percent } from "../text/numbers.js";
+import { stages, stageText } from "../text/report.js";
 
-/** Draws how far the work has come: bars, the status line, and a list of steps in place of the first picture. */
+/** Shows progress: bars, the status line, and a list of stages in place of the first result. */
 export function bindProgress(store: Store): void {
   const status = byId("status", HTMLElement);
   const fraction = byId("fraction", HTMLElement);
   const bars = byId("stages", HTMLElement);
   const waiting = byId("waiting", HTMLElement);
   let shown: readonly Running["stage"][] = [];
-  /** How far it has come; a stage that is gone through again does not take the bars back. */
+  /** The furthest stage so far, as some stages are run twice. */
   let furthest = -1;
 
   const draw = (state: State) => {
@@ -34,9 +34,9 @@ export function bindProgress(store: Store): void {
       steps[index]?.classList.toggle("now", index === current);
       steps[index]?.classList.toggle("done", index < current);
     }
-    // Only the stage is announced: a screen reader need not hear every percent.
-    const words = running ? `${running.words ?? stageWords[running.stage].doing}…` : idle;
-    if (status.textContent !== words) status.textContent = words;
+    // Only stages are announced by screen readers, not every percent.
+    const text = running ? `${running.text ?? stageText[running.stage].doing}…` : idle;
+    if (status.textContent !== text) status.textContent = text;
     fraction.textContent = running ? percent(Math.round(100 * running.fraction) / 100) : "";
     bars.classList.toggle("idle", !running);
     waiting.hidden = outcome !== null || !running;
@@ -58,29 +58,29 @@ function stepList(shown: readonly Running["stage"][]): HTMLElement {
   return make(
     "ol",
     { "aria-hidden": "true" },
-    ...shown.map((stage) => make("li", {}, stageWords[stage].name)),
+    ...shown.map((stage) => make("li", {}, stageText[stage].name)),
   );
 }
 
-/** The stages that this run will go through, as far as its inputs tell. */
-function stagesOf({ slots, settings, running, modelDepths }: State): readonly Running["stage"][] {
+/** The stages expected for the inputs and settings. */
+function stagesOf({ slots, settings, running, networkDepths }: State): readonly Running["stage"][] {
   const { options, depthSource } = settings;
   const paper = options.mode === "paper";
   const hasDepth =
     depthSource === "files"
       ? Boolean(slots.targetDepth ?? slots.referenceDepth)
-      : depthSource === "model" && modelDepths.size > 0;
-  const left: Partial<Record<Running["stage"], boolean>> = {
+      : depthSource === "model" && networkDepths.size > 0;
+  const expected: Partial<Record<Running["stage"], boolean>> = {
     "model-depth": running?.stage === "model-depth",
     detect: !slots.matches,
     match: !slots.matches,
     depth:
       !hasDepth && (options.withoutDepth ?? (paper ? "homography" : "two-view")) === "two-view",
     refine: (options.refinement ?? (paper ? "none" : "epipolar")) === "epipolar",
-    "model-fill": settings.filler !== "core",
+    "model-fill": settings.fillMethod !== "core",
   };
-  // Whatever runs is shown, expected or not.
-  return stages.filter((stage) => left[stage] !== false || running?.stage === stage);
+  // The current stage is shown in any case.
+  return stages.filter((stage) => expected[stage] !== false || running?.stage === stage);
 }
 
 function bindMessage(store: Store): void {

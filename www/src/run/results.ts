@@ -1,34 +1,35 @@
 import { stitch, type CallOptions, type StitchResult } from "depthstitch";
 import { keyOf, type Job } from "./job.js";
 
-/** Results take tens of megabytes each, so only the latest are kept. */
-const keptBytes = 400e6;
+/** Size limit of the cache; results take tens of megabytes each. */
+const cacheBytes = 400e6;
 
-const kept = new Map<string, StitchResult>();
+/** The latest results, the most recently used last. */
+const cache = new Map<string, StitchResult>();
 
-/** The result of a job, computed unless it is still known. */
+/** The result of a job, computed unless it is cached. */
 export async function resultOf(job: Job, call: CallOptions): Promise<StitchResult> {
   const key = keyOf(job);
   const { target, reference, options, ...inputs } = job;
   const result =
-    kept.get(key) ??
+    cache.get(key) ??
     (await stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }));
-  // The latest come last.
-  kept.delete(key);
-  kept.set(key, result);
-  forgetOldest();
+  cache.delete(key);
+  cache.set(key, result);
+  evictOldest();
   return result;
 }
 
-export function isKnown(job: Job): boolean {
-  return kept.has(keyOf(job));
+/** Whether the result of a job is cached. */
+export function isCached(job: Job): boolean {
+  return cache.has(keyOf(job));
 }
 
-function forgetOldest(): void {
+function evictOldest(): void {
   let bytes = 0;
-  for (const [key, result] of [...kept].reverse()) {
+  for (const [key, result] of [...cache].reverse()) {
     bytes += bytesOf(result);
-    if (bytes > keptBytes && kept.size > 1) kept.delete(key);
+    if (bytes > cacheBytes && cache.size > 1) cache.delete(key);
   }
 }
 

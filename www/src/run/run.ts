@@ -11,18 +11,18 @@ import {
   type State,
   type Store,
 } from "../state.js";
-import type { DepthMap, Photo } from "../studio/contents.js";
-import { errorMessage } from "../words/errors.js";
-import { seconds } from "../words/numbers.js";
-import { depthWords, fillWords } from "../words/networks.js";
+import type { DepthMap, Photo } from "../image-worker/contents.js";
+import { errorMessage } from "../text/errors.js";
+import { seconds } from "../text/numbers.js";
+import { depthStatus, fillStatus } from "../text/networks.js";
 import { filledMosaic } from "./fill.js";
-import { jobOf } from "./job.js";
-import { isKnown, resultOf } from "./results.js";
+import { prepareJob } from "./prepare.js";
+import { isCached, resultOf } from "./results.js";
 
-/** Starts, restarts and stops the work on the page's photos; one run at a time. */
+/** Runs and cancels computations on the photos, one at a time. */
 export class Runner {
   readonly #store: Store;
-  /** Of the work that runs and of what waits for it. */
+  /** Of the running and the queued tasks. */
   readonly #controllers = new Set<AbortController>();
   #done: Promise<void> = Promise.resolve();
 
@@ -34,18 +34,18 @@ export class Runner {
     for (const controller of this.#controllers) controller.abort();
   }
 
-  /** Stitches what the inputs and settings are now, after ending what runs. */
+  /** Stitches the current inputs with the current settings, after cancelling what is running. */
   stitch(): Promise<void> {
     return this.#start((signal) => this.#stitch(this.#store.state.settings, signal));
   }
 
-  /** The same, but begun by the page itself: it uses no network that the result before did not use. */
-  stitchByItself(): Promise<void> {
+  /** The same without user action: it uses networks only if the previous result did. */
+  stitchAutomatically(): Promise<void> {
     return this.#start((signal) => this.#stitch(withoutNewNetworks(this.#store.state), signal));
   }
 
-  /** Computes something else when nothing runs, under the same progress and Cancel; nothing where that fails. */
-  async other<T>(work: (call: CallOptions) => Promise<T>): Promise<T | undefined> {
+  /** Computes something else after what is running, with the same progress and Cancel; undefined if that fails. */
+  async compute<T>(work: (call: CallOptions) => Promise<T>): Promise<T | undefined> {
     let value: T | undefined;
     await this.#queue(async (signal) => {
       const { status } = this.#store.state;
@@ -82,8 +82,8 @@ export class Runner {
       await work(signal);
     } catch (error) {
       const message = errorMessage(signal.aborted ? signal.reason : error);
-      const kept = this.#store.state.outcome ? " The result shown is the earlier one." : "";
-      const status = message.tone === "note" ? message.title : `Not stitched.${kept}`;
+      const earlier = this.#store.state.outcome ? " The previous result is shown." : "";
+      const status = message.tone === "note" ? message.title : `Not stitched.${earlier}`;
       this.#store.set({ running: null, status, message });
     }
   }
@@ -91,36 +91,36 @@ export class Runner {
   async #stitch(settings: Settings, signal: AbortSignal): Promise<void> {
     if (settings.depthSource === "model") await this.#estimateDepth(settings, signal);
     const { slots } = this.#store.state;
-    const job = jobOf({ ...this.#store.state, settings });
+    const job = prepareJob({ ...this.#store.state, settings });
     if (!("target" in job)) {
       this.#store.set({ message: job });
       return;
     }
-    const known = isKnown(job);
+    const cached = isCached(job);
     this.#store.set({ running: { stage: "input", fraction: 0 }, message: null });
     const start = performance.now();
     const result = await resultOf(job, {
       signal,
       onProgress: (running) => this.#store.set({ running }),
     });
-    const tell = (progress: NetworkProgress) =>
+    const report = (progress: NetworkProgress) =>
       this.#store.set({
-        running: { stage: "model-fill", fraction: progress.fraction, words: fillWords(progress) },
+        running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
       });
     let message: Message | null = null;
-    const mosaic = await filledMosaic(result, settings, signal, tell).catch((error: unknown) => {
+    const mosaic = await filledMosaic(result, settings, signal, report).catch((error: unknown) => {
       if (!(error instanceof NetworkError)) throw error;
-      // What the core filled is there in any case.
+      // The mosaic filled by the core is available in any case.
       message = errorMessage(error);
       return result.mosaic;
     });
     const elapsed = performance.now() - start;
     const outcome: Outcome = { result, mosaic, job, slots, settings, elapsed };
-    const status = known ? "Done: known from before" : `Done in ${seconds(elapsed)}`;
+    const status = cached ? "Done: cached result" : `Done in ${seconds(elapsed)}`;
     this.#store.set({ running: null, status, outcome, message });
   }
 
-  /** Has the network estimate the depth of the photos whose depth it has not estimated yet. */
+  /** Estimates the depth of those photos that the network has not processed yet. */
   async #estimateDepth(settings: Settings, signal: AbortSignal): Promise<void> {
     const { depthModel: model, depthHost: host, depthOnnx: onnx } = settings;
     const network = depthNetworkOf(settings);
@@ -128,51 +128,51 @@ export class Runner {
     const photos = photoSlots.flatMap((slot) => slots[slot]?.content ?? []);
     this.#store.set({ message: null });
     for (const [index, photo] of photos.entries()) {
-      const known = this.#store.state.modelDepths.get(photo);
-      if (known?.model === network) continue;
+      const estimated = this.#store.state.networkDepths.get(photo);
+      if (estimated?.model === network) continue;
       const { data, width, height } = photo;
       const args = { photo: { data, width, height }, model, host, onnx };
-      const tell = (progress: NetworkProgress) =>
+      const report = (progress: NetworkProgress) =>
         this.#store.set({
           running: {
             stage: "model-depth",
             fraction: progress.fraction,
-            words: depthWords(progress, index === 0 ? "the first photo" : "the second photo"),
+            text: depthStatus(progress, index === 0 ? "the first photo" : "the second photo"),
           },
         });
-      tell({ stage: "download", fraction: 0 });
-      const map = await runNetwork("depth", args, signal, tell);
+      report({ stage: "download", fraction: 0 });
+      const map = await runNetwork("depth", args, signal, report);
       this.#store.set({
-        modelDepths: withDepth(this.#store.state, photo, { model: network, map }),
+        networkDepths: withDepth(this.#store.state, photo, { model: network, map }),
       });
     }
   }
 }
 
-/** The settings but for networks that were chosen and not yet asked to run. */
+/** The settings without networks that are selected but have not been used yet. */
 function withoutNewNetworks({ settings, outcome }: State): Settings {
   const used = outcome?.settings;
-  const { depthSource, filler } = settings;
-  if (depthSource !== "model" && filler === "core") return settings;
+  const { depthSource, fillMethod } = settings;
+  if (depthSource !== "model" && fillMethod === "core") return settings;
   return {
     ...settings,
     depthSource: depthSource === "model" && used?.depthSource !== "model" ? "photos" : depthSource,
-    filler: used?.filler === filler ? filler : "core",
+    fillMethod: used?.fillMethod === fillMethod ? fillMethod : "core",
   };
 }
 
-/** The depth maps with a new one; those of photos that are gone are forgotten. */
+/** Adds a depth map, and removes those of photos that are no longer loaded. */
 function withDepth(
-  { modelDepths, slots }: State,
+  { networkDepths, slots }: State,
   photo: Photo,
   depth: { readonly model: string; readonly map: DepthMap },
-): State["modelDepths"] {
+): State["networkDepths"] {
   const present = photoSlots.map((slot) => slots[slot]?.content);
-  const kept = [...modelDepths].filter(([key]) => present.includes(key));
-  return new Map([...kept, [photo, depth]]);
+  const current = [...networkDepths].filter(([key]) => present.includes(key));
+  return new Map([...current, [photo, depth]]);
 }
 
-/** Binds the Stitch and Cancel buttons, and stitches by itself when the photos have changed. */
+/** Binds the Stitch and Cancel buttons, and stitches automatically when the photos have changed. */
 export function bindRun(store: Store, runner: Runner): void {
   const runButton = byId("run", HTMLButtonElement);
   const cancelButton = byId("cancel", HTMLButtonElement);
@@ -185,7 +185,7 @@ export function bindRun(store: Store, runner: Runner): void {
   let waiting = false;
   store.subscribe((state, before) => {
     const { slots, loading, running, outcome, settings } = state;
-    // What is new asks to be pressed.
+    // The button is emphasized if inputs or settings have changed.
     const stale = outcome?.slots !== slots || outcome.settings !== settings;
     runButton.classList.toggle("primary", stale && !running);
     if (!running !== !before.running || state === before) {
@@ -196,6 +196,6 @@ export function bindRun(store: Store, runner: Runner): void {
     if (changed) waiting = photoSlots.every((slot) => slots[slot]);
     if (!waiting || loading.size > 0) return;
     waiting = false;
-    queueMicrotask(() => void runner.stitchByItself());
+    queueMicrotask(() => void runner.stitchAutomatically());
   });
 }

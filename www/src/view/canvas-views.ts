@@ -1,21 +1,21 @@
-/** Views in the mosaic's own coordinates: the second photo begins at 0, 0. */
+/** Views in the coordinates of the second photo. */
 import { make } from "../dom.js";
-import { percent, size, count } from "../words/numbers.js";
-import { countSet } from "../words/report.js";
+import { percent, size, count } from "../text/numbers.js";
+import { countSet } from "../text/report.js";
 import type { Outcome } from "../state.js";
 import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
 import { checkbox, legend, scale } from "./controls.js";
 import { drawGrid } from "./grid.js";
-import type { View } from "./view.js";
+import type { View } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
-/** Where a picture of the outcome's canvas lies. */
+/** The extent of the canvas. */
 export function canvasExtent({ result }: Pick<Outcome, "result">): Extent {
   const { offset, mosaic } = result;
   return { x: -offset.x, y: -offset.y, width: mosaic.width, height: mosaic.height };
 }
 
-/** A bitmap of the outcome's canvas, at its place. */
+/** Draws a bitmap of the canvas at its position. */
 export function drawCanvas(
   context: CanvasRenderingContext2D,
   bitmap: ImageBitmap,
@@ -26,20 +26,20 @@ export function drawCanvas(
 
 export const mosaicView: View = {
   id: "mosaic",
-  label: "Picture",
+  label: "Mosaic",
   group: "result",
-  async open(outcome, desk) {
+  async open(outcome, view) {
     const bitmap = await pictureBitmap(outcome.mosaic);
     const extent = canvasExtent(outcome);
-    const guessed = outcome.result.report.model === "two-view";
-    const offer = make("button", { type: "button" }, "Make it again with depth maps…");
-    offer.addEventListener("click", () => desk.askForDepth());
+    const uncertain = outcome.result.report.model === "two-view";
+    const offer = make("button", { type: "button" }, "Repeat with depth maps…");
+    offer.addEventListener("click", () => view.offerDepth());
     return {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption:
-        `Both photos in one picture, ${size(outcome.mosaic)} pixels.` +
-        (guessed ? " Where only the first photo looks, how far things are is a guess." : ""),
-      controls: guessed ? [offer] : [],
+        `The mosaic of both photos, ${size(outcome.mosaic)} pixels.` +
+        (uncertain ? " Depth is extrapolated where only the first photo is visible." : ""),
+      controls: uncertain ? [offer] : [],
     };
   },
 };
@@ -48,7 +48,7 @@ export const warpView: View = {
   id: "warp",
   label: "Warp",
   group: "steps",
-  async open(outcome, desk) {
+  async open(outcome, view) {
     const { result, job } = outcome;
     const bitmap = await pictureBitmap(result.warped);
     const extent = canvasExtent(outcome);
@@ -64,15 +64,15 @@ export const warpView: View = {
         },
       },
       caption:
-        "The first photo as the second one's camera would see it, with a regular grid carried along. Where the grid bends, near things move against far ones; empty places were hidden from the first camera.",
+        "The first photo as seen by the camera of the second, with a warped regular grid. The grid bends where parallax changes; empty areas were occluded in the first photo.",
       controls: [
         checkbox("Grid", grid, (on) => {
           grid = on;
-          desk.redraw();
+          view.redraw();
         }),
         checkbox("Frame of the second photo", outline, (on) => {
           outline = on;
-          desk.redraw();
+          view.redraw();
         }),
       ],
     };
@@ -100,14 +100,14 @@ export const gainView: View = {
   id: "gain",
   label: "Gain",
   group: "steps",
-  has: ({ result }) => result.gains.some((gain) => gain !== 1),
-  async open(outcome, desk) {
-    const { bitmap, most } = await gainBitmap(outcome, () => desk.averaged(outcome));
+  isAvailable: ({ result }) => result.gains.some((gain) => gain !== 1),
+  async open(outcome, view) {
+    const { bitmap, most } = await gainBitmap(outcome, () => view.averaged(outcome));
     const extent = canvasExtent(outcome);
     const [red, green, blue] = outcome.result.gains.map((value) => value.toFixed(2));
     return {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
-      caption: `By how much the first photo was made brighter or darker to fit the second. On average over the overlap its red, green and blue were multiplied by ${red}, ${green} and ${blue}, as light.`,
+      caption: `Exposure compensation of the first photo. The mean factors of red, green and blue over the overlap, in linear light, are ${red}, ${green} and ${blue}.`,
       controls: [
         scale("gains", `darker, × ${(1 / most).toFixed(2)}`, `brighter, × ${most.toFixed(2)}`),
       ],
@@ -127,8 +127,8 @@ export const seamView: View = {
     return {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption: both
-        ? "Where the photos overlap, both are mixed."
-        : "Which photo shows where. The seam runs where the photos differ least, so that nothing is seen twice.",
+        ? "Where the photos overlap, both are blended."
+        : "The photo that each pixel comes from. The seam follows pixels where the photos differ least, which avoids ghosting.",
       controls: [
         legend(
           ["from-target", "first photo"],
@@ -154,9 +154,9 @@ export const voidsView: View = {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption:
         voids === 0
-          ? "Every place inside the first photo's outline was seen by one of the photos: nothing had to be invented."
-          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "was" : "were"} seen by neither photo. What the picture shows there is invented from what surrounds it.`,
-      controls: voids === 0 ? [] : [legend(["void", "seen by neither photo"])],
+          ? "There are no voids: all pixels inside the outline of the first photo are visible in one of the photos."
+          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in neither photo and filled from the surroundings.`,
+      controls: voids === 0 ? [] : [legend(["void", "visible in neither photo"])],
     };
   },
 };

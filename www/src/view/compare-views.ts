@@ -1,22 +1,22 @@
-/** Views that hold one picture against another. */
+/** Views that compare two images. */
 import type { StitchResult } from "depthstitch";
 import { make } from "../dom.js";
 import { isDegenerate, methods } from "../run/methods.js";
-import { decibels, percent, similarity } from "../words/numbers.js";
+import { decibels, percent, similarity } from "../text/numbers.js";
 import { pictureBitmap } from "./bitmaps.js";
 import { canvasExtent, drawCanvas } from "./canvas-views.js";
 import { selection } from "./controls.js";
-import type { View } from "./view.js";
+import type { View, ViewContext } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
-/** What the result is compared with; the gallery of methods sets it too. */
+/** The method that the result is compared with, and the position of the divider. */
 export const comparison = { method: "homography", share: 0.5 };
 
 export const compareView: View = {
   id: "compare",
   label: "Before and after",
   group: "result",
-  async open(outcome, desk) {
+  async open(outcome, view) {
     const offered = methods.filter((method) => !isDegenerate(method, outcome));
     const after = await pictureBitmap(outcome.mosaic);
     const afterExtent = canvasExtent(outcome);
@@ -25,27 +25,17 @@ export const compareView: View = {
       const method = offered.find((offer) => offer.id === id) ?? offered[0];
       if (!method) return;
       comparison.method = method.id;
-      const result = await desk.resultBy(method, outcome);
+      const result = await view.resultBy(method, outcome);
       before = {
         bitmap: await pictureBitmap(result.mosaic),
         extent: canvasExtent({ result }),
         label: `${method.label} · ${agreement(result)}`,
       };
-      desk.redraw();
+      view.redraw();
     };
     await choose(comparison.method);
 
-    const slider = make("input", {
-      type: "range",
-      min: "0",
-      max: "1000",
-      value: String(1000 * comparison.share),
-      "aria-label": "Where before ends and after begins",
-    });
-    slider.addEventListener("input", () => {
-      comparison.share = slider.valueAsNumber / 1000;
-      desk.redraw();
-    });
+    const slider = makeSlider(view);
     const choices = Object.fromEntries(offered.map(({ id, label }) => [id, label]));
     return {
       scene: {
@@ -56,17 +46,15 @@ export const compareView: View = {
           set(share) {
             comparison.share = share;
             slider.value = String(1000 * share);
-            desk.redraw();
+            view.redraw();
           },
         },
         draw(context) {
           const { width, height } = context.canvas;
           const at = comparison.share * width;
-          if (before) {
-            clipped(context, [0, 0, at, height], () => {
-              if (before) drawCanvas(context, before.bitmap, before.extent);
-            });
-          }
+          clipped(context, [0, 0, at, height], () => {
+            if (before) drawCanvas(context, before.bitmap, before.extent);
+          });
           clipped(context, [at, 0, width - at, height], () =>
             drawCanvas(context, after, afterExtent),
           );
@@ -75,12 +63,27 @@ export const compareView: View = {
           drawLabel(context, `depthstitch · ${agreement(outcome.result)}`, at, "left");
         },
       },
-      caption:
-        "Left of the line the other method, right of it depthstitch. Drag the line, or use the slider.",
+      caption: "Left: the other method; right: depthstitch. Drag the divider, or use the slider.",
       controls: [slider, selection("Before:", choices, comparison.method, (id) => void choose(id))],
     };
   },
 };
+
+/** A slider for the divider, for use by keyboard. */
+function makeSlider(view: ViewContext): HTMLInputElement {
+  const slider = make("input", {
+    type: "range",
+    min: "0",
+    max: "1000",
+    value: String(1000 * comparison.share),
+    "aria-label": "Position of the divider",
+  });
+  slider.addEventListener("input", () => {
+    comparison.share = slider.valueAsNumber / 1000;
+    view.redraw();
+  });
+  return slider;
+}
 
 function agreement({ quality }: StitchResult): string {
   return `${decibels(quality.psnrMask)}, SSIM ${similarity(quality.ssimMask)} over ${percent(quality.coverage)}`;
@@ -97,7 +100,7 @@ function union(a: Extent, b: Extent): Extent {
   };
 }
 
-/** Draws inside a rectangle of the screen only. */
+/** Draws within a rectangle of the screen. */
 function clipped(
   context: CanvasRenderingContext2D,
   [x, y, width, height]: readonly [number, number, number, number],
@@ -140,10 +143,10 @@ function drawDivider(context: CanvasRenderingContext2D, at: number): void {
   context.restore();
 }
 
-/** Words beside the divider, at the top, on a plate; left out where there is no room. */
+/** Draws a label beside the divider, if there is room. */
 function drawLabel(
   context: CanvasRenderingContext2D,
-  words: string,
+  label: string,
   at: number,
   side: "left" | "right",
 ): void {
@@ -153,7 +156,7 @@ function drawLabel(
   context.font = `500 ${12 * dense}px system-ui, sans-serif`;
   const room = side === "right" ? at : context.canvas.width - at;
   const fits = (text: string) => context.measureText(text).width + 32 * dense < room;
-  const text = [words, words.split(" · ")[0] ?? ""].find(fits);
+  const text = [label, label.split(" · ")[0] ?? ""].find(fits);
   if (text) {
     const width = context.measureText(text).width + 16 * dense;
     const x = side === "right" ? at - width - 8 * dense : at + 8 * dense;
@@ -173,7 +176,7 @@ export const blinkView: View = {
   id: "blink",
   label: "Blink",
   group: "result",
-  async open(outcome, desk) {
+  async open(outcome, view) {
     const { job, result } = outcome;
     const [warped, reference] = await Promise.all([
       pictureBitmap(result.warped),
@@ -184,7 +187,7 @@ export const blinkView: View = {
     let timer = 0;
     const flip = () => {
       first = !first;
-      desk.redraw();
+      view.redraw();
     };
     const button = make("button", { type: "button" });
     const run = (on: boolean) => {
@@ -214,7 +217,7 @@ export const blinkView: View = {
         },
       },
       caption:
-        "The overlap, shown from the moved first photo and from the second in turn. What stands still fits; what jumps does not.",
+        "The overlap of the warped first photo and the second photo, shown alternately. Misaligned areas appear to move.",
       controls: [button, step],
       close: () => run(false),
     };

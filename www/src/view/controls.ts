@@ -1,8 +1,8 @@
 import { make } from "../dom.js";
 
-/** A check box with its label and, where it stands for something in the picture, that thing's swatch. */
+/** A labelled check box, with a colour swatch if `swatch` is a class. */
 export function checkbox(
-  words: string,
+  text: string,
   checked: boolean,
   onChange: (checked: boolean) => void,
   swatch = "",
@@ -11,34 +11,34 @@ export function checkbox(
   input.checked = checked;
   input.addEventListener("change", () => onChange(input.checked));
   const sign = swatch ? [make("i", { class: swatch })] : [];
-  return make("label", { class: "check" }, input, ...sign, words);
+  return make("label", { class: "check" }, input, ...sign, text);
 }
 
-/** A choice with its label. */
+/** A labelled selection. */
 export function selection(
-  words: string,
+  text: string,
   choices: Readonly<Record<string, string>>,
   value: string,
   onChange: (value: string) => void,
 ): HTMLElement {
   const select = make("select");
-  for (const [id, text] of Object.entries(choices)) {
-    select.append(new Option(text, id, id === value, id === value));
+  for (const [id, name] of Object.entries(choices)) {
+    select.append(new Option(name, id, id === value, id === value));
   }
   select.addEventListener("change", () => onChange(select.value));
-  return make("label", { class: "inline" }, `${words} `, select);
+  return make("label", { class: "inline" }, `${text} `, select);
 }
 
-/** What the swatches of a picture mean. */
+/** A legend of colour swatches. */
 export function legend(...entries: readonly (readonly [string, string])[]): HTMLElement {
   return make(
     "ul",
     { class: "swatches" },
-    ...entries.map(([swatch, words]) => make("li", {}, make("i", { class: swatch }), words)),
+    ...entries.map(([swatch, text]) => make("li", {}, make("i", { class: swatch }), text)),
   );
 }
 
-/** What the colours of a picture mean from one end to the other. */
+/** A legend of a colour scale. */
 export function scale(colours: string, least: string, most: string): HTMLElement {
   return make("p", { class: "scale" }, least, make("i", { class: colours }), most);
 }

@@ -7,13 +7,13 @@ const cells = { wide: 40, narrow: 24 };
 interface Mesh {
   readonly columns: number;
   readonly rows: number;
-  /** x, y of each vertex, row by row; NaN where it has none. */
+  /** x, y of each vertex in row-major order; NaN if undefined. */
   readonly at: Float64Array;
 }
 
 const meshes = new WeakMap<StitchResult, Mesh>();
 
-/** Draws the target's regular grid as the forward model moves it. */
+/** Draws a regular grid over the target, warped by the forward model. */
 export function drawGrid(context: CanvasRenderingContext2D, outcome: Outcome, pixel: number): void {
   const { result } = outcome;
   const mesh = meshes.get(result) ?? makeMesh(outcome);
@@ -53,7 +53,7 @@ function makeMesh({ job, result }: Outcome): Mesh {
     for (let column = 0; column < columns; column++) {
       const x = (column / (columns - 1)) * (width - 1);
       const [u, v] = mapped(result.forward, x, y, depthAt(result, x, y));
-      // Pixel centres are whole numbers there, and halves here.
+      // Pixel centres are integers in the model and half-integers on the canvas.
       at.set([u + 0.5, v + 0.5], 2 * (row * columns + column));
     }
   }
@@ -65,7 +65,7 @@ function depthAt({ targetDepth }: StitchResult, x: number, y: number): number {
   return targetDepth.data[Math.round(y) * targetDepth.width + Math.round(x)] ?? Number.NaN;
 }
 
-/** x' ~ h·(x, y, 1) + e·d; nowhere for what lies behind the camera. */
+/** x' ~ h·(x, y, 1) + e·d; NaN behind the camera. */
 function mapped({ h, e }: Model, x: number, y: number, d: number): readonly [number, number] {
   const along = (row: number) =>
     (h[3 * row] ?? 0) * x + (h[3 * row + 1] ?? 0) * y + (h[3 * row + 2] ?? 0) + (e[row] ?? 0) * d;

@@ -1,12 +1,12 @@
-/** Views of the two photos beside each other, before anything is moved. */
+/** Views of the two photos side by side. */
 import type { Outcome } from "../state.js";
-import { count, percent } from "../words/numbers.js";
+import { count, percent } from "../text/numbers.js";
 import { depthBitmap, pictureBitmap } from "./bitmaps.js";
 import { checkbox } from "./controls.js";
-import type { View } from "./view.js";
+import type { View } from "./view-types.js";
 import type { Scene } from "./viewer.js";
 
-/** Where the two photos lie: side by side, or on a narrow screen one below the other. */
+/** The layout of the two photos: side by side, or one below the other on narrow screens. */
 interface Layout {
   readonly width: number;
   readonly height: number;
@@ -29,7 +29,7 @@ function layoutOf({ job: { target, reference } }: Outcome): Layout {
       };
 }
 
-/** Both photos, or what stands for them, and something over both. */
+/** A scene of two images side by side with an overlay. */
 function pairScene(
   outcome: Outcome,
   bitmaps: () => readonly (readonly [ImageBitmap, ImageBitmap])[],
@@ -53,36 +53,36 @@ function pairScene(
 
 const inlierColour = "#35d0ba";
 const outlierColour = "#ff7a45";
-/** More lines than this would only be a blot; more points are fine. */
-const mostLines = 250;
+/** Maximum number of lines; more would be illegible. */
+const maxLines = 250;
 
 export const matchesView: View = {
   id: "matches",
   label: "Matches",
   group: "steps",
-  async open(outcome, desk) {
+  async open(outcome, view) {
     const { job, result } = outcome;
     const { targetDepth, referenceDepth } = result;
     const photos = await both(pictureBitmap(job.target), pictureBitmap(job.reference));
     const shown = { inliers: true, outliers: true, lines: false, depth: false };
     let depth: readonly [ImageBitmap, ImageBitmap] | null = null;
-    const toggle = (key: keyof typeof shown, words: string, swatch = "") =>
+    const toggle = (key: keyof typeof shown, text: string, swatch = "") =>
       checkbox(
-        words,
+        text,
         shown[key],
         (on) => {
           shown[key] = on;
-          desk.redraw();
+          view.redraw();
         },
         swatch,
       );
     const depthToggle = () =>
       checkbox("Depth", false, (on) => {
         shown.depth = on;
-        if (!on || depth || !targetDepth || !referenceDepth) return desk.redraw();
+        if (!on || depth || !targetDepth || !referenceDepth) return view.redraw();
         void both(depthBitmap(targetDepth), depthBitmap(referenceDepth)).then((bitmaps) => {
           depth = bitmaps;
-          desk.redraw();
+          view.redraw();
         });
       });
     const { report } = result;
@@ -93,11 +93,11 @@ export const matchesView: View = {
         (context, layout, pixel) => drawMatches(context, outcome, layout, shown, pixel),
       ),
       caption:
-        `The same points in both photos: ${count(report.matches, "match", "matches")} ${job.matches ? "given" : "found"}. ` +
-        `${report.inliers} (${percent(report.inliers / Math.max(1, report.matches))}) agree with one geometry; the others were left out.`,
+        `Corresponding points: ${count(report.matches, "match", "matches")} ${job.matches ? "given" : "found"}. ` +
+        `${report.inliers} (${percent(report.inliers / Math.max(1, report.matches))}) are inliers.`,
       controls: [
-        toggle("inliers", "Agreeing", "inlier"),
-        toggle("outliers", "Left out", "outlier"),
+        toggle("inliers", "Inliers", "inlier"),
+        toggle("outliers", "Outliers", "outlier"),
         toggle("lines", "Lines"),
         ...(targetDepth && referenceDepth ? [depthToggle()] : []),
       ],
@@ -112,13 +112,13 @@ function drawMatches(
   shown: { readonly inliers: boolean; readonly outliers: boolean; readonly lines: boolean },
   pixel: number,
 ): void {
-  // Small where many points share little room, larger when one looks closer.
+  // The radius grows with the zoom, within limits.
   const radius = Math.min(2.4 * pixel, Math.max(1.1 * pixel, 3));
   for (const agrees of [false, true]) {
     if (!(agrees ? shown.inliers : shown.outliers)) continue;
     const points = new Path2D();
     const lines = new Path2D();
-    const step = Math.max(1, Math.ceil(inliers.length / mostLines));
+    const step = Math.max(1, Math.ceil(inliers.length / maxLines));
     for (let i = 0; i < inliers.length; i++) {
       if (Boolean(inliers[i]) !== agrees) continue;
       const [xt = 0, yt = 0, xr = 0, yr = 0] = matches.subarray(4 * i, 4 * i + 4);
@@ -152,21 +152,21 @@ export const depthView: View = {
   id: "depth",
   label: "Depth",
   group: "steps",
-  has: ({ result }) => Boolean(result.targetDepth && result.referenceDepth),
+  isAvailable: ({ result }) => Boolean(result.targetDepth && result.referenceDepth),
   async open(outcome) {
     const { result, job, settings } = outcome;
     const { targetDepth, referenceDepth } = result;
     if (!targetDepth || !referenceDepth) throw new Error("This result has no depth.");
     const bitmaps = await both(depthBitmap(targetDepth), depthBitmap(referenceDepth));
     const given = job.targetDepth ?? job.referenceDepth;
-    const network = settings.depthModel === "onnx" ? "your network" : "Depth Anything";
+    const network = settings.depthModel === "onnx" ? "the custom network" : "Depth Anything";
     const source =
-      settings.depthSource === "model" ? `as ${network} sees it` : "as your depth maps say";
+      settings.depthSource === "model" ? `estimated by ${network}` : "from the depth maps";
     return {
       scene: pairScene(outcome, () => [bitmaps]),
       caption: given
-        ? `How near everything is, ${source}, made finer by comparing the photos. Yellow is near, violet far.`
-        : "How near everything is, found by comparing the two photos: what moves more is nearer. Yellow is near, violet far.",
+        ? `Inverse depth ${source}, refined by stereo matching. Yellow is near, violet is far.`
+        : "Inverse depth, computed from the two photos. Yellow is near, violet is far.",
     };
   },
 };

@@ -1,4 +1,4 @@
-import { blend } from "depthstitch";
+import { blend, type CallOptions } from "depthstitch";
 import { byId, make } from "../dom.js";
 import { jobFor } from "../run/methods.js";
 import { resultOf } from "../run/results.js";
@@ -7,7 +7,7 @@ import type { Outcome, Store } from "../state.js";
 import { gainView, mosaicView, seamView, voidsView, warpView } from "./canvas-views.js";
 import { blinkView, compareView } from "./compare-views.js";
 import { depthView, matchesView } from "./pair-views.js";
-import type { Desk, Opened, View } from "./view.js";
+import type { ViewContext, Opened, View } from "./view-types.js";
 import { Viewer } from "./viewer.js";
 
 const views: readonly View[] = [
@@ -22,129 +22,155 @@ const views: readonly View[] = [
   voidsView,
 ];
 
-/** Binds the tabs and what they show to the outcome; returns what opens a view by its name. */
+/** Binds the tabs and their views to the outcome. Returns a function that opens a view by its id. */
 export function bindTabs(
   store: Store,
   runner: Runner,
-  askForDepth: () => void,
+  offerDepth: () => void,
 ): (id: string) => void {
-  const list = byId("tabs", HTMLElement);
-  const stage = byId("stage", HTMLElement);
-  const caption = byId("view-caption", HTMLElement);
-  const controls = byId("view-controls", HTMLElement);
-  const viewer = new Viewer();
-  const tabs = views.map(makeTab);
-  for (const group of ["result", "steps"] as const) {
-    const own = tabs.filter((_, i) => views[i]?.group === group);
-    list.append(make("div", { class: `group ${group}`, role: "presentation" }, ...own));
+  const tabs = new Tabs(store, runner, offerDepth);
+  store.subscribe(({ outcome }, before) => {
+    if (outcome !== before.outcome) tabs.update(outcome, before.outcome);
+  });
+  return (id) => {
+    const index = views.findIndex((view) => view.id === id);
+    tabs.select(Math.max(0, index), true);
+  };
+}
+
+/** The tabs and the view that is shown. */
+class Tabs {
+  readonly #store: Store;
+  readonly #stage = byId("stage", HTMLElement);
+  readonly #caption = byId("view-caption", HTMLElement);
+  readonly #controls = byId("view-controls", HTMLElement);
+  readonly #viewer = new Viewer();
+  readonly #context: ViewContext;
+  readonly #tabs = views.map(makeTab);
+  #current = 0;
+  #opened: Opened | null = null;
+  /** The latest view opened; results of earlier ones are discarded. */
+  #latest = Symbol();
+
+  constructor(store: Store, runner: Runner, offerDepth: () => void) {
+    this.#store = store;
+    this.#context = viewContext(this.#viewer, runner, offerDepth);
+    const list = byId("tabs", HTMLElement);
+    for (const group of ["result", "steps"] as const) {
+      const members = this.#tabs.filter((_, i) => views[i]?.group === group);
+      list.append(make("div", { class: `group ${group}`, role: "presentation" }, ...members));
+    }
+    for (const [index, tab] of this.#tabs.entries()) {
+      tab.addEventListener("click", () => this.select(index, false));
+      tab.addEventListener("keydown", (event) => {
+        const next = tabAfter(this.#tabs, index, event.key);
+        if (next === undefined) return;
+        event.preventDefault();
+        this.select(next, true);
+      });
+    }
+    this.select(0, false);
   }
 
-  let current = 0;
-  let opened: Opened | null = null;
-  /** The newest opening; an older one that ends later is forgotten. */
-  let latest = Symbol();
-  const desk: Desk = {
-    redraw: () => viewer.redraw(),
-    askForDepth,
-    async resultBy(method, outcome) {
-      const result = await runner.other((call) => resultOf(jobFor(method, outcome), call));
-      if (!result) throw new Error("It was not computed.");
-      return result;
-    },
-    async averaged({ result, job: { reference, options } }) {
-      const plain = { ...options, seam: "none", blending: "average" } as const;
-      const blended = await runner.other((call) => blend(result, reference, { ...plain, ...call }));
-      if (!blended) throw new Error("It was not computed.");
-      return blended.mosaic;
-    },
-  };
-
-  const open = async (outcome: Outcome) => {
-    const token = (latest = Symbol());
-    opened?.close?.();
-    opened = null;
-    const view = views[current] ?? mosaicView;
-    caption.textContent = "…";
-    controls.replaceChildren();
-    try {
-      const next = await view.open(outcome, desk);
-      if (latest !== token) return next.close?.();
-      opened = next;
-      viewer.show(next.scene);
-      caption.textContent = next.caption;
-      controls.replaceChildren(...(next.controls ?? []));
-    } catch (error) {
-      if (latest !== token) return;
-      caption.textContent = error instanceof Error ? error.message : String(error);
-    }
-  };
-
-  const select = (index: number, focus: boolean) => {
-    current = index;
-    for (const [i, tab] of tabs.entries()) {
+  select(index: number, focus: boolean): void {
+    this.#current = index;
+    for (const [i, tab] of this.#tabs.entries()) {
       tab.setAttribute("aria-selected", String(i === index));
       tab.tabIndex = i === index ? 0 : -1;
     }
-    const tab = tabs[index];
+    const tab = this.#tabs[index];
     if (tab) {
-      stage.setAttribute("aria-labelledby", tab.id);
+      this.#stage.setAttribute("aria-labelledby", tab.id);
       if (focus) tab.focus();
       tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     }
-    const { outcome } = store.state;
-    if (outcome) void open(outcome);
-  };
-
-  for (const [index, tab] of tabs.entries()) {
-    tab.addEventListener("click", () => select(index, false));
-    tab.addEventListener("keydown", (event) => {
-      const usable = tabs.flatMap((other, i) => (other.hidden ? [] : [i]));
-      const at = usable.indexOf(index);
-      const goal: Readonly<Record<string, number | undefined>> = {
-        ArrowRight: usable[(at + 1) % usable.length],
-        ArrowLeft: usable[(at + usable.length - 1) % usable.length],
-        Home: usable[0],
-        End: usable.at(-1),
-      };
-      const next = goal[event.key];
-      if (next === undefined) return;
-      event.preventDefault();
-      select(next, true);
-    });
+    const { outcome } = this.#store.state;
+    if (outcome) void this.#open(outcome);
   }
-  select(0, false);
 
-  store.subscribe(({ outcome }, before) => {
-    if (outcome === before.outcome) return;
-    if (!outcome) {
-      opened?.close?.();
-      opened = null;
-      latest = Symbol();
-      viewer.show(null);
-      caption.textContent = "";
-      controls.replaceChildren();
-      return;
-    }
+  update(outcome: Outcome | null, before: Outcome | null): void {
+    if (!outcome) return this.#clear();
     for (const [i, view] of views.entries()) {
-      const tab = tabs[i];
-      if (tab) tab.hidden = view.has?.(outcome) === false;
+      const tab = this.#tabs[i];
+      if (tab) tab.hidden = view.isAvailable?.(outcome) === false;
     }
-    // Another size of canvas makes an old place in it meaningless.
-    if (outcome.job.reference !== before.outcome?.job.reference) viewer.reset();
-    // What compares is recomputed for a new result only when it is asked for.
-    const gone = tabs[current]?.hidden === true || views[current] === compareView;
-    if (gone) select(0, false);
-    else void open(outcome);
-  });
-  return (id) => {
-    select(
-      Math.max(
-        0,
-        views.findIndex((view) => view.id === id),
-      ),
-      true,
-    );
+    // The viewport is meaningless for other photos.
+    if (outcome.job.reference !== before?.job.reference) this.#viewer.reset();
+    // Comparisons are computed for a new result only on demand.
+    const isHidden = this.#tabs[this.#current]?.hidden === true;
+    if (isHidden || views[this.#current] === compareView) this.select(0, false);
+    else void this.#open(outcome);
+  }
+
+  async #open(outcome: Outcome): Promise<void> {
+    const token = (this.#latest = Symbol());
+    this.#opened?.close?.();
+    this.#opened = null;
+    const view = views[this.#current] ?? mosaicView;
+    this.#caption.textContent = "…";
+    this.#controls.replaceChildren();
+    try {
+      const next = await view.open(outcome, this.#context);
+      if (this.#latest !== token) return next.close?.();
+      this.#opened = next;
+      this.#viewer.show(next.scene);
+      this.#caption.textContent = next.caption;
+      this.#controls.replaceChildren(...(next.controls ?? []));
+    } catch (error) {
+      if (this.#latest !== token) return;
+      this.#caption.textContent = error instanceof Error ? error.message : String(error);
+    }
+  }
+
+  #clear(): void {
+    this.#opened?.close?.();
+    this.#opened = null;
+    this.#latest = Symbol();
+    this.#viewer.show(null);
+    this.#caption.textContent = "";
+    this.#controls.replaceChildren();
+  }
+}
+
+/** What the views can use. */
+function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): ViewContext {
+  const computed = async <T>(work: (call: CallOptions) => Promise<T>): Promise<T> => {
+    const value = await runner.compute(work);
+    if (value === undefined) throw new Error("The computation failed.");
+    return value;
   };
+  return {
+    redraw: () => viewer.redraw(),
+    offerDepth,
+    resultBy: (method, outcome) => computed((call) => resultOf(jobFor(method, outcome), call)),
+    async averaged({ result, job: { reference, options } }) {
+      const plain = { ...options, seam: "none", blending: "average" } as const;
+      const blended = await computed((call) => blend(result, reference, { ...plain, ...call }));
+      return blended.mosaic;
+    },
+  };
+}
+
+/** The index of the tab that a key moves to, as in the ARIA tabs pattern. */
+function tabAfter(
+  tabs: readonly HTMLButtonElement[],
+  index: number,
+  key: string,
+): number | undefined {
+  const shown = tabs.flatMap((tab, i) => (tab.hidden ? [] : [i]));
+  const at = shown.indexOf(index);
+  switch (key) {
+    case "ArrowRight":
+      return shown[(at + 1) % shown.length];
+    case "ArrowLeft":
+      return shown[(at + shown.length - 1) % shown.length];
+    case "Home":
+      return shown[0];
+    case "End":
+      return shown.at(-1);
+    default:
+      return undefined;
+  }
 }
 
 function makeTab({ id, label }: View): HTMLButtonElement {

@@ -1,19 +1,19 @@
 import { byId, context2d } from "../dom.js";
-import type { Size } from "../studio/contents.js";
-import { fit, kept, panned, zoomed, type Extent, type Viewport } from "./viewport.js";
+import type { Size } from "../image-worker/contents.js";
+import { clampView, fit, panned, zoomed, type Extent, type Viewport } from "./viewport.js";
 
-/** Something to look at, in coordinates of its own. */
+/** A drawing in its own coordinates. */
 export interface Scene {
   readonly extent: Extent;
-  /** Scenes of one space share their coordinates, so that zoom and place stay when one follows the other. */
+  /** Scenes of the same space share coordinates and the viewport. */
   readonly space: "canvas" | "pair";
-  /** Draws itself with the transform set; `pixel` is the length of a screen pixel. */
+  /** Draws the scene with the transform set; `pixel` is the size of a screen pixel. */
   draw(context: CanvasRenderingContext2D, pixel: number): void;
-  /** A dragged line at this share of the frame's width, if it has one. */
+  /** The position of a divider that can be dragged, as a fraction of the frame's width. */
   readonly split?: { get(): number; set(share: number): void };
 }
 
-/** One picture in a frame, panned and zoomed by pointer, wheel, fingers and keys. */
+/** Shows a scene that can be panned and zoomed by pointer, wheel, touch and keyboard. */
 export class Viewer {
   readonly #frame = byId("frame", HTMLElement);
   readonly #canvas = byId("picture", HTMLCanvasElement);
@@ -40,7 +40,7 @@ export class Viewer {
     this.redraw();
   }
 
-  /** Shows all of the picture again. */
+  /** Fits the scene into the frame. */
   reset(): void {
     this.#views.clear();
     this.redraw();
@@ -58,14 +58,14 @@ export class Viewer {
   get #view(): Viewport {
     const scene = this.#scene;
     if (!scene) return { x: 0, y: 0, scale: 1 };
-    const known = this.#views.get(scene.space);
-    return known ? kept(known, scene.extent, this.#size) : fit(scene.extent, this.#size);
+    const current = this.#views.get(scene.space);
+    return current ? clampView(current, scene.extent, this.#size) : fit(scene.extent, this.#size);
   }
 
   #set(view: Viewport): void {
     if (!this.#scene) return;
     const whole = fit(this.#scene.extent, this.#size);
-    // A view of everything stays one when the frame changes its size.
+    // A fitted view stays fitted when the frame is resized.
     if (view.scale <= whole.scale * 1.001) this.#views.delete(this.#scene.space);
     else this.#views.set(this.#scene.space, view);
     this.redraw();
@@ -104,7 +104,7 @@ export class Viewer {
       this.#canvas.width / 2 - view.x * scale,
       this.#canvas.height / 2 - view.y * scale,
     );
-    // From here on single pixels are what one wants to see.
+    // At high zoom, show individual pixels.
     context.imageSmoothingEnabled = view.scale < 3;
     context.imageSmoothingQuality = "high";
     scene.draw(context, 1 / view.scale);
@@ -151,7 +151,7 @@ export class Viewer {
     frame.addEventListener(
       "wheel",
       (event) => {
-        // A plain wheel scrolls the page; with Ctrl (as a pinch on a touchpad) it zooms.
+        // The wheel scrolls the page; with Ctrl, or by a pinch on a touchpad, it zooms.
         if (!event.ctrlKey && !event.metaKey) return;
         event.preventDefault();
         this.#zoom(Math.exp(-event.deltaY / (event.deltaMode === 0 ? 200 : 8)), place(event));

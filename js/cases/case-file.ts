@@ -1,0 +1,106 @@
+import { FileError } from "./errors.js";
+
+/** How the values of a depth map file are interpreted: value × `scale` is depth (`metric`) or inverse depth (`inverse`). */
+export interface DepthFormat {
+  readonly kind: "inverse" | "metric";
+  /** Default 1. */
+  readonly scale: number;
+  /** The value, before scaling, that means "unknown", or null. */
+  readonly invalid: number | null;
+}
+
+/** The true map x' ~ h·(x, y, 1) + e·d(x) from target to reference, `h` in row-major order. */
+export interface TrueMap {
+  readonly h: readonly number[];
+  readonly e: readonly number[];
+}
+
+/** The contents of a `case.json`. File names are relative to its folder. */
+export interface CaseDescription {
+  readonly target: string;
+  readonly reference: string;
+  /** Null for a case without matches. */
+  readonly matches: string | null;
+  /** One or two depth maps; null for a case without depth. */
+  readonly depth:
+    (DepthFormat & { readonly target: string | null; readonly reference: string | null }) | null;
+  /** The true map, for the depth maps of the case (`truth`) or for `truth_inverse_depth.npy` (`truth_map`). */
+  readonly truth: (TrueMap & { readonly ownDepth: boolean }) | null;
+}
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/**
+ * Reads a `case.json`. Unknown keys are ignored.
+ *
+ * @throws {FileError} `invalid-case`, naming the key; `path` is only for its message.
+ */
+export function parseCase(text: string, path: string): CaseDescription {
+  const fail = (reason: string): never => {
+    throw new FileError("invalid-case", path, reason);
+  };
+  const fields = (value: unknown, key: string): Fields =>
+    isFields(value) ? value : fail(`${key} must be an object`);
+  const string = (from: Fields, key: string): string => {
+    const value = from[key];
+    return typeof value === "string" && value !== "" ? value : fail(`"${key}" must be a file name`);
+  };
+  const optional = (from: Fields, key: string): string | null =>
+    (from[key] ?? null) === null ? null : string(from, key);
+  const numbers = (from: Fields, key: string, count: number): number[] => {
+    const value = from[key];
+    const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
+    if (flat.length !== count || !flat.every(isFinite))
+      return fail(`"${key}" must be ${count} numbers`);
+    return flat.filter(isFinite);
+  };
+
+  const depthFiles = (format: Fields): CaseDescription["depth"] => {
+    const target = optional(root, "target_depth");
+    const reference = optional(root, "reference_depth");
+    if (target === null && reference === null)
+      fail('"depth" needs "target_depth" or "reference_depth"');
+    return { ...parseFormat(format, fail), target, reference };
+  };
+  const root = fields(parseJson(text, path), "the file");
+  const map = root.truth ?? root.truth_map ?? null;
+  const truth = map === null ? null : fields(map, '"truth"');
+  const format = root.depth ?? null;
+  return {
+    target: string(root, "target"),
+    reference: string(root, "reference"),
+    matches: optional(root, "matches"),
+    depth: format === null ? null : depthFiles(fields(format, '"depth"')),
+    truth: truth && {
+      h: numbers(truth, "H_inf", 9),
+      e: numbers(truth, "e_prime", 3),
+      ownDepth: (root.truth ?? null) === null,
+    },
+  };
+}
+
+function parseFormat(depth: Fields, fail: (reason: string) => never): DepthFormat {
+  const { kind, scale = 1, invalid = null } = depth;
+  if (kind !== "inverse" && kind !== "metric")
+    return fail('"depth.kind" must be "inverse" or "metric"');
+  if (!isFinite(scale) || scale <= 0) return fail('"depth.scale" must be a number above 0');
+  if (invalid !== null && !isFinite(invalid))
+    return fail('"depth.invalid" must be a number or null');
+  return { kind, scale, invalid };
+}
+
+function parseJson(text: string, path: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    throw new FileError("invalid-case", path, "is not valid JSON", { cause: error });
+  }
+}
+
+function isFields(value: unknown): value is Fields {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
+function isFinite(value: unknown): value is number {
+  return Number.isFinite(value);
+}

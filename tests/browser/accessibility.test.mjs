@@ -1,0 +1,240 @@
+// Accessibility and platform: keyboard, axe-core, both themes, narrow screens, content security policy, size, offline use.
+import assert from "node:assert/strict";
+import { readdirSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { after, test } from "node:test";
+import { gzipSync } from "node:zlib";
+import {
+  finished,
+  openPanel,
+  savedPicture,
+  seen,
+  smallCase,
+  smallFile,
+  smallPhotos,
+  startSite,
+} from "./page.mjs";
+
+/** @typedef {import("./page.mjs").Page} Page */
+
+const site = await startSite();
+after(() => site.close());
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** What axe-core finds that is serious or worse. @param {Page} page */
+async function serious(page) {
+  const devtools = await page.context().newCDPSession(page);
+  // Past the policy of the page, as a browser's own tools are.
+  await devtools.send("Runtime.evaluate", { expression: axe });
+  /** @type {{ violations: { id: string, impact: string, nodes: { html: string }[] }[] }} */
+  const { violations } = await page.evaluate("axe.run(document, { resultTypes: ['violations'] })");
+  return violations
+    .filter(({ impact }) => impact === "serious" || impact === "critical")
+    .map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`);
+}
+
+for (const colorScheme of /** @type {const} */ (["light", "dark"])) {
+  test(`axe-core finds nothing serious in the ${colorScheme} theme`, async () => {
+    const { page, close } = await site.open({ colorScheme });
+    assert.deepEqual(await serious(page), [], "at the start");
+    const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    const [red = 0] = (ground.match(/\d+/g) ?? []).map(Number);
+    assert.ok(colorScheme === "dark" ? red < 60 : red > 200, `the ground is ${ground}`);
+
+    await page.setInputFiles("#many-files", smallCase);
+    await finished(page);
+    for (const name of /** @type {const} */ (["depth", "fill", "options"])) {
+      await openPanel(page, name);
+    }
+    await page.locator("#report-panel > summary").click();
+    await page.locator("#methods-panel > summary").click();
+    for (const summary of await page.locator("#options summary").all()) await summary.click();
+    await page.setInputFiles("#targetDepth-file", smallFile("matches.csv"));
+    await page.locator('[data-slot="targetDepth"] .bad').waitFor();
+    assert.deepEqual(await serious(page), [], "with everything open");
+    await close();
+  });
+}
+
+test("the tab key walks the whole way, with the focus in sight", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await openPanel(page, "depth");
+  await openPanel(page, "fill");
+  await openPanel(page, "options");
+  await page.locator(".skip-link").focus();
+  /** @type {string[]} */
+  const path = [];
+  for (let i = 0; i < 80; i++) {
+    await page.keyboard.press("Tab");
+    const { name, outlined, visible } = await page.evaluate(() => {
+      const element = document.activeElement;
+      if (!(element instanceof HTMLElement) || element === document.body) {
+        return { name: "", outlined: true, visible: true };
+      }
+      // A file input lends its focus ring to its label.
+      const file = element instanceof HTMLInputElement && element.type === "file";
+      const ringed = file ? (element.nextElementSibling ?? element) : element;
+      const style = getComputedStyle(ringed);
+      const box = ringed.getBoundingClientRect();
+      return {
+        name: element.id || element.getAttribute("name") || element.tagName.toLowerCase(),
+        outlined: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1,
+        visible: ringed.contains(
+          document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2),
+        ),
+      };
+    });
+    if (name === "" || (i > 0 && name === path[0])) break;
+    assert.ok(outlined, `${name} shows that it has the focus`);
+    assert.ok(visible, `${name} is in view`);
+    path.push(name);
+  }
+  const stops = [
+    "load-sample",
+    "target-file",
+    "swap",
+    "reference-file",
+    "run",
+    "cancel",
+    "tab-mosaic",
+    "frame",
+    "zoom-in",
+    "download-mosaic",
+    "save-format",
+    "save-crop",
+    "download-report",
+    "depth-source",
+    "fill-method",
+    "photo-limit",
+    "matches-file",
+    "option-mode",
+  ];
+  const places = stops.map((stop) => path.indexOf(stop));
+  assert.ok(
+    !places.includes(-1),
+    `all of ${stops.join()} are reached; the path was ${path.join()}`,
+  );
+  assert.deepEqual(
+    places,
+    [...places].sort((a, b) => a - b),
+    "in the order of the way",
+  );
+  await close();
+});
+
+test("the whole way works by keyboard alone", async () => {
+  const { page, close } = await site.open();
+  await page.locator("#start-sample").focus();
+  await page.keyboard.press("Enter");
+  await page.locator("#status", { hasText: /…$/ }).waitFor();
+  await page.keyboard.press("Escape");
+  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
+  await page.locator("#run").focus();
+  await page.keyboard.press("Enter");
+  await finished(page);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "run", "the focus stays");
+  await close();
+});
+
+test("works in a worker, asks no other host, breaks no policy and does not jump", async () => {
+  const { page, complaints, close } = await site.open();
+  const atStart = (await seen(page)).shift;
+  assert.ok(atStart < 0.02, `cumulative layout shift ${atStart} at the start`);
+  // Two photos turn the page into a workbench; from then on everything stays in its place.
+  await page.setInputFiles("#many-files", smallPhotos);
+  await page.locator("#status", { hasText: "…" }).waitFor();
+  await page.evaluate(() => new Promise(requestAnimationFrame));
+  const before = (await seen(page)).shift;
+  await finished(page);
+  await page.locator("#view-caption", { hasText: "pixels" }).waitFor();
+  const policy = await page
+    .locator('meta[http-equiv="Content-Security-Policy"]')
+    .getAttribute("content");
+  assert.match(policy ?? "", /script-src 'self' 'wasm-unsafe-eval'/);
+  assert.doesNotMatch(policy ?? "", /unsafe-inline|'unsafe-eval'/);
+  const shift = (await seen(page)).shift - before;
+  assert.ok(shift < 0.02, `cumulative layout shift ${shift}`);
+  assert.deepEqual(await complaints(), []);
+  // The policy is in force: what it forbids does not run.
+  await page.evaluate(() => {
+    const script = document.createElement("script");
+    script.textContent = "globalThis.injected = true";
+    document.head.append(script);
+  });
+  assert.equal(await page.evaluate("globalThis.injected"), undefined);
+  assert.equal((await seen(page)).violations.length, 1, "only the one that this test provoked");
+  await close();
+});
+
+test("fits a phone without scrolling sideways", async () => {
+  for (const width of [320, 390]) {
+    const { page, close } = await site.open({
+      viewport: { width, height: 844 },
+      hasTouch: true,
+      isMobile: true,
+    });
+    const widest = () => page.evaluate(() => document.documentElement.scrollWidth);
+    assert.equal(await widest(), width, "at the start");
+    await page.setInputFiles("#many-files", smallCase);
+    await finished(page);
+    for (const name of /** @type {const} */ (["depth", "fill", "options"])) {
+      await openPanel(page, name);
+    }
+    await page.locator("#report-panel > summary").click();
+    assert.equal(await widest(), width);
+    const frame = await page.locator("#frame").boundingBox();
+    assert.ok(frame && frame.x >= 0 && frame.x + frame.width <= width && frame.width > 0.9 * width);
+    await close();
+  }
+});
+
+test("loads in 250 KB", async () => {
+  const { page, close } = await site.open();
+  /** @type {string[]} */
+  const loaded = await page.evaluate(() =>
+    performance
+      .getEntriesByType("resource")
+      .map(({ name }) => new URL(name).pathname.slice(1))
+      .filter(Boolean),
+  );
+  const bytes = ["index.html", ...new Set(loaded)].map((name) => ({
+    name,
+    size: gzipSync(readFileSync(join(site.outDir, name)), { level: 9 }).length,
+  }));
+  const total = bytes.reduce((sum, { size }) => sum + size, 0);
+  assert.ok(
+    bytes.some(({ name }) => name.endsWith(".wasm")),
+    "the core is among it",
+  );
+  assert.ok(!bytes.some(({ name }) => name.startsWith("sample/")), "the example is not");
+  const list = bytes.map(({ name, size }) => `${name} ${(size / 1024).toFixed(1)}`).join(", ");
+  console.log(`initial load: ${(total / 1024).toFixed(1)} KB gzipped (${list})`);
+  assert.ok(total <= 250 * 1024, `${(total / 1024).toFixed(1)} KB: ${list}`);
+  await close();
+});
+
+test("once loaded it works without a network", async () => {
+  const own = await startSite();
+  try {
+    const { page, close } = await own.open({ serviceWorkers: "allow" });
+    await page.locator("#offline", { hasText: "Works offline" }).waitFor();
+    await own.stopServer();
+    await page.reload();
+    await page.locator("#version", { hasText: "depthstitch" }).waitFor();
+    await page.setInputFiles("#many-files", smallCase);
+    await finished(page);
+    const picture = await savedPicture(page);
+    assert.ok(picture.width > 240);
+    await close();
+
+    const cached = readFileSync(join(own.outDir, "service-worker.js"), "utf8");
+    for (const file of readdirSync(join(own.outDir, "assets"))) {
+      const large = /\bort[.-]|transformers/.test(file);
+      assert.equal(cached.includes(file), !large, `${file} is ${large ? "not " : ""}cached ahead`);
+    }
+  } finally {
+    await own.close().catch(() => undefined);
+  }
+});

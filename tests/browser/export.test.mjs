@@ -1,0 +1,95 @@
+// Export: images as PNG and JPEG, whole and cropped, the report, and a link to the settings.
+import assert from "node:assert/strict";
+import { after, test } from "node:test";
+import { decodeImage } from "depthstitch/codecs";
+import { openPanel, saved, savedPicture, smallCase, smallPhotos, startSite } from "./page.mjs";
+
+const site = await startSite();
+after(() => site.close());
+
+test("saves the picture whole with its transparency, or cropped without any", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const whole = await savedPicture(page);
+  assert.ok(transparent(whole) > 0.01, "the canvas has empty corners");
+
+  await page.selectOption("#save-crop", "inner");
+  const png = await saved(page, "#download-mosaic");
+  assert.equal(png.name, "stitched.png");
+  const inner = await decodeImage(png.bytes);
+  assert.equal(transparent(inner), 0);
+  assert.ok(inner.width * inner.height > 0.5 * whole.width * whole.height);
+  assert.match(
+    (await page.locator("#export-status").textContent()) ?? "",
+    /Saved stitched, \d+ × \d+/,
+  );
+
+  await page.selectOption("#save-format", "jpeg");
+  const jpeg = await saved(page, "#download-mosaic");
+  assert.equal(jpeg.name, "stitched.jpg");
+  assert.deepEqual([...jpeg.bytes.subarray(0, 2)], [0xff, 0xd8]);
+  const { width, height } = await decodeImage(jpeg.bytes);
+  assert.deepEqual([width, height], [inner.width, inner.height]);
+  await close();
+});
+
+/** Share of pixels without a picture. @param {{ data: Uint8ClampedArray }} image */
+function transparent({ data }) {
+  let count = 0;
+  for (let i = 3; i < data.length; i += 4) if (data[i] === 0) count++;
+  return (4 * count) / data.length;
+}
+
+test("saves the report", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const { name, bytes } = await saved(page, "#download-report");
+  assert.equal(name, "report.json");
+  const report = JSON.parse(bytes.toString());
+  assert.equal(report.forward.h.length, 9);
+  assert.equal(report.inliers.length, report.report.matches);
+  assert.equal(report.matches.length, 4 * report.report.matches);
+  assert.equal(report.inputs.target, "target.jpg");
+  assert.ok(report.quality.coverage > 0 && report.quality.coverage <= 1);
+  assert.ok(report.times.warp > 0);
+  await close();
+});
+
+test("the address carries the settings, and brings them back", async () => {
+  const { page, close } = await site.open({
+    files: smallPhotos,
+    permissions: ["clipboard-read", "clipboard-write"],
+  });
+  await openPanel(page, "options");
+  await page.locator("#options summary", { hasText: "Geometry" }).click();
+  await page.fill("#option-threshold", "2.5");
+  await page.locator("#option-threshold").blur();
+  await page.selectOption("#photo-limit", "1536");
+  await openPanel(page, "fill");
+  await page.check('input[name="fill-method"][value="migan"]');
+  await page.locator("#copy-link").click();
+  await page.locator("#export-status", { hasText: "copied" }).waitFor();
+  const link = await page.evaluate(() => navigator.clipboard.readText());
+  await page.waitForFunction((link) => location.href === link, link);
+  await close();
+
+  const again = await site.open({ hash: new URL(link).hash, files: smallPhotos });
+  assert.equal(await again.page.inputValue("#option-threshold"), "2.5");
+  assert.equal(await again.page.inputValue("#photo-limit"), "1536");
+  assert.ok(
+    await again.page.isChecked('input[name="fill-method"][value="core"]'),
+    "a link makes nobody fetch a network",
+  );
+  assert.deepEqual(await again.complaints(), []);
+  await again.close();
+
+  const odd = await site.open({
+    // Of these only the seed is valid; `constructor` is a property of every object.
+    hash: "#threshold=x&nonsense=1&constructor=1&seed=7&page.photoLimit=-3&page.depthKind=z",
+  });
+  await odd.page.setInputFiles("#target-file", smallPhotos.slice(0, 1));
+  await odd.page
+    .locator("#options-summary", { hasText: "1 changed" })
+    .waitFor({ state: "attached" });
+  assert.equal(await odd.page.inputValue("#photo-limit"), "2048");
+  assert.deepEqual(await odd.complaints(), []);
+  await odd.close();
+});

@@ -1,0 +1,22 @@
+/** Decoded files. */
+
+export interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
+/** A photo with its orientation applied, downscaled to the limit. */
+export interface Photo extends Size {
+  readonly data: Uint8ClampedArray<ArrayBuffer>;
+  /** Size in the file, with its orientation applied. */
+  readonly original: Size;
+  /** 35 mm equivalent focal length from EXIF data, if any. */
+  readonly focalLength35: number | null;
+  /** A small version for the thumbnail. */
+  readonly preview: ImageBitmap;
+}
+
+/** A depth map as stored in its file. */
+export interface DepthMap extends Size {
+  readonly data: Uint8Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | Float32Array<ArrayBuffer>;
+}

@@ -1,0 +1,90 @@
+import { InputFileError } from "../input-file-error.js";
+import type { Photo } from "./contents.js";
+import { headerBytes, readHeader } from "./photo-header.js";
+
+/** Larger canvases are not supported by all browsers. */
+export const maxPixels = 120_000_000;
+/** Twice the width of the widest card, for high-density screens. */
+const previewSide = 640;
+/** EXIF's FocalLengthIn35mmFilm. */
+const focalLengthIn35mm = 0xa405;
+
+/**
+ * Decodes a photo with its orientation applied, downscaled to at most `limit` pixels on the longer side (0: no limit).
+ * The decoder of the browser supports every format that the browser can show.
+ *
+ * @throws {InputFileError}
+ */
+export async function decodePhoto(file: Blob, name: string, limit: number): Promise<Photo> {
+  if (file.size === 0) throw new InputFileError(`${name} is empty.`);
+  const head = await file.slice(0, headerBytes).arrayBuffer();
+  const header = readHeader(head);
+  if (header.size) checkSize(name, header.size.width, header.size.height);
+  const bitmap = await decode(file, name, header.format);
+  try {
+    const { width, height } = bitmap;
+    checkSize(name, width, height);
+    const scale = limit > 0 ? Math.min(1, limit / Math.max(width, height)) : 1;
+    const image = draw(bitmap, scale).context.getImageData(
+      0,
+      0,
+      scaled(width, scale),
+      scaled(height, scale),
+    );
+    const preview = draw(bitmap, Math.min(1, previewSide / Math.max(width, height))).canvas;
+    return {
+      data: image.data,
+      width: image.width,
+      height: image.height,
+      original: { width, height },
+      focalLength35: header.format === "jpeg" ? await readFocalLength(head) : null,
+      preview: preview.transferToImageBitmap(),
+    };
+  } finally {
+    bitmap.close();
+  }
+}
+
+async function decode(file: Blob, name: string, format: string): Promise<ImageBitmap> {
+  try {
+    return await createImageBitmap(file, { imageOrientation: "from-image" });
+  } catch {
+    throw new InputFileError(
+      format === "heic"
+        ? `${name} is a HEIC photo, which this browser cannot read. Save it as JPEG, or set the camera to “Most compatible”, and choose it again.`
+        : `${name} is not an image that this browser can read, or it is damaged. Choose a JPEG, PNG or WebP file.`,
+    );
+  }
+}
+
+function draw(bitmap: ImageBitmap, scale: number) {
+  const canvas = new OffscreenCanvas(scaled(bitmap.width, scale), scaled(bitmap.height, scale));
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+  if (!context) throw new InputFileError("The browser has not enough memory for this photo.");
+  context.imageSmoothingQuality = "high";
+  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  return { canvas, context };
+}
+
+function scaled(side: number, scale: number): number {
+  return Math.max(1, Math.round(side * scale));
+}
+
+function checkSize(name: string, width: number, height: number): void {
+  if (width * height <= maxPixels) return;
+  throw new InputFileError(
+    `${name} has ${width} × ${height} pixels; the limit of this page is ${maxPixels / 1e6} million. Choose a smaller version.`,
+  );
+}
+
+/** The EXIF reader is loaded with the first JPEG. Missing or damaged EXIF data is not an error. */
+async function readFocalLength(head: ArrayBuffer): Promise<number | null> {
+  try {
+    const { parse } = await import("exifr/dist/mini.esm.mjs");
+    const tags = await parse(head, { tiff: true, exif: [focalLengthIn35mm], translateKeys: false });
+    const value = tags?.[focalLengthIn35mm];
+    return typeof value === "number" && value > 4 && value < 2000 ? value : null;
+  } catch {
+    return null;
+  }
+}

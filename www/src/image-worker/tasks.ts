@@ -1,0 +1,32 @@
+import { decodeDepth } from "./decode-depth.js";
+import { decodePhoto } from "./decode-photo.js";
+import { holeShare } from "./depth-colours.js";
+import { encode } from "./encode.js";
+import { gainPicture } from "./gain.js";
+import { bitmapOf, depthBitmap, seamBitmap, voidBitmap } from "./paint.js";
+
+/** Tasks that would block the main thread. */
+export const tasks = {
+  decodePhoto,
+  decodeDepth,
+  bitmapOf,
+  depthBitmap,
+  voidBitmap,
+  seamBitmap,
+  gainPicture,
+  holeShare,
+  encode,
+};
+
+export type Tasks = typeof tasks;
+export type TaskName = keyof Tasks;
+
+export interface Request {
+  readonly id: number;
+  readonly name: TaskName;
+  readonly args: readonly unknown[];
+}
+
+export type Reply =
+  | { readonly id: number; readonly value: unknown }
+  | { readonly id: number; readonly message: string; readonly unusable: boolean };

@@ -1,0 +1,63 @@
+import { byId, onClick, setEnabled } from "../dom.js";
+import type { Outcome, Store } from "../state.js";
+import { imageTask } from "../image-worker/client.js";
+import type { Format, Rect } from "../image-worker/encode.js";
+import type { Rgba } from "../image-worker/paint.js";
+import { reportJson } from "../text/report.js";
+import { linkOf } from "../settings-link.js";
+import { saveBlob } from "./download.js";
+
+const buttons = ["download-mosaic", "download-warped", "download-report"] as const;
+
+/** Binds the export of the mosaic, the warped photo, the report, and a link to the settings. */
+export function bindExport(store: Store, version: string): void {
+  const format = byId("save-format", HTMLSelectElement);
+  const crop = byId("save-crop", HTMLSelectElement);
+  const status = byId("export-status", HTMLElement);
+  store.subscribe(({ outcome }, before) => {
+    if (outcome === before.outcome) return;
+    status.textContent = "";
+    for (const id of buttons) setEnabled(byId(id, HTMLButtonElement), outcome !== null);
+  });
+
+  const saveImage = async (image: Rgba, part: Rect, name: string) => {
+    const type: Format = format.value === "png" ? "png" : "jpeg";
+    const { data, width, height } = image;
+    const blob = await imageTask("encode", { data, width, height }, part, type);
+    saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
+    status.textContent = `Saved ${name}, ${part.width} × ${part.height} pixels.`;
+  };
+  const onSave = (id: (typeof buttons)[number], save: (outcome: Outcome) => unknown) => {
+    onClick(byId(id, HTMLButtonElement), () => {
+      const { outcome } = store.state;
+      if (!outcome) return;
+      Promise.resolve(save(outcome)).catch((error: unknown) => {
+        const reason = error instanceof Error ? error.message : String(error);
+        status.textContent = `Not saved: ${reason}`;
+      });
+    });
+  };
+  onSave("download-mosaic", (outcome) => {
+    const part =
+      crop.value === "inner"
+        ? (outcome.result.crop.inner ?? whole(outcome.mosaic))
+        : whole(outcome.mosaic);
+    return saveImage(outcome.mosaic, part, "stitched");
+  });
+  onSave("download-warped", ({ result: { warped } }) => saveImage(warped, whole(warped), "warped"));
+  onSave("download-report", (outcome) => {
+    saveBlob(new Blob([reportJson(outcome, version)], { type: "application/json" }), "report.json");
+  });
+  onClick(byId("copy-link", HTMLButtonElement), () => {
+    const link = new URL(`#${linkOf(store.state.settings)}`, location.href);
+    navigator.clipboard.writeText(link.href).then(
+      () => void (status.textContent = "Link copied. It contains the settings, not the photos."),
+      () =>
+        void (status.textContent = "Copy the URL of this page instead: it contains the settings."),
+    );
+  });
+}
+
+function whole({ width, height }: Rgba): Rect {
+  return { x: 0, y: 0, width, height };
+}

@@ -1,0 +1,106 @@
+import { StitchError, type ErrorCode } from "depthstitch";
+import { NetworkError } from "../networks/client.js";
+import { bytes, count } from "./numbers.js";
+import type { Message } from "../state.js";
+
+const cancelled: Message = {
+  tone: "note",
+  title: "Cancelled.",
+  advice: "Press “Stitch again” to restart.",
+};
+
+/** Title and advice for an error of the core, from its numbers. */
+type Explanation = (
+  number: (name: string) => number,
+  message: string,
+) => readonly [title: string, advice: string];
+
+const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation } = {
+  "invalid-argument": (_, message) => [
+    "An option has an invalid value.",
+    `${message} Correct it under Options, or reset all options.`,
+  ],
+  "size-mismatch": (_, message) => [
+    "An image has the wrong size.",
+    `${message} Choose the file again; it may be damaged.`,
+  ],
+  "too-few-matches": (number) => [
+    `Only ${number("usable")} of ${count(number("matches"), "match", "matches")} can be used; at least ${number("needed")} are required.`,
+    "Photos with little overlap, blur or little texture have few matches. Matches from a file must lie within both " +
+      "photos: check that the file belongs to these photos at this size and lists the first photo's point first.",
+  ],
+  "no-consensus": (number) => [
+    `Only ${number("inliers")} of ${number("matches")} matches agree on one geometry; at least ${number("needed")} are required.`,
+    "Check that both photos show the same scene, and that matches and depth maps belong to them. If they do, try a larger " +
+      "inlier threshold under Options.",
+  ],
+  "degenerate-geometry": () => [
+    "The matches lie on a line or in a point.",
+    "They do not determine a warp. Use matches that are spread over the whole overlap.",
+  ],
+  "no-overlap": () => [
+    "The warped photo does not overlap the other one.",
+    "The geometry that fits the matches maps the first photo outside the second. If the matches come from a file, " +
+      "check that the two photos are not swapped.",
+  ],
+  "too-large": (number) => [
+    `This would take ${bytes(number("bytes"))}; the limit is ${bytes(number("limit"))}.`,
+    "Reduce the photo size or the canvas limit, or increase the memory limit under Options.",
+  ],
+  "out-of-memory": (number) => [
+    `The browser could not allocate ${bytes(number("bytes"))} of memory.`,
+    "Close other tabs, or reduce the photo size under Options.",
+  ],
+  "decode-failed": (_, message) => [
+    "A file could not be decoded.",
+    `${message} Choose another file.`,
+  ],
+  "load-failed": (_, message) => [
+    "Part of this page could not be loaded.",
+    `${message} Check the connection and reload the page.`,
+  ],
+  "model-load-failed": (_, message) => [
+    "Part of this page could not be loaded.",
+    `${message} Check the connection and reload the page.`,
+  ],
+  internal: (_, message) => [
+    "This is a bug in the program.",
+    `${message} Press “Stitch again” to restart. If it happens again, please report it with these photos.`,
+  ],
+};
+
+/** What an error means to the user, and what to do next. */
+export function errorMessage(error: unknown): Message {
+  if (error instanceof StitchError) {
+    if (error.code === "aborted") return cancelled;
+    const number = (name: string) => error.details[name] ?? Number.NaN;
+    return problem(...explanations[error.code](number, sentence(error.message)));
+  }
+  if (error instanceof NetworkError) {
+    return problem(
+      "The network could not be used.",
+      `${sentence(error.message)} Check the connection and its address, choose another one, or continue without it.`,
+    );
+  }
+  if (error instanceof DOMException && error.name === "AbortError") return cancelled;
+  if (error instanceof TypeError && /import|module script|fetch/i.test(error.message)) {
+    return problem(
+      "Part of this page could not be loaded.",
+      "Check the connection and reload the page.",
+    );
+  }
+  return problem(
+    "An unexpected error occurred.",
+    error instanceof Error ? error.message : String(error),
+  );
+}
+
+function problem(title: string, advice: string): Message {
+  return { tone: "error", title, advice };
+}
+
+/** Turns a message of the core, which starts in lower case and has no full stop, into a sentence. */
+function sentence(text: string): string {
+  const capital = text.charAt(0).toUpperCase() + text.slice(1);
+  return /[.?!]$/.test(capital) ? capital : `${capital}.`;
+}

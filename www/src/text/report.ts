@@ -1,0 +1,197 @@
+import type { FitReport, StitchResult } from "depthstitch";
+import type { Outcome, Running, Settings } from "../state.js";
+import type { Photo } from "../image-worker/contents.js";
+import { count, decibels, percent, pixels, seconds, similarity } from "./numbers.js";
+
+export const stageText: Readonly<Record<Running["stage"], { name: string; doing: string }>> = {
+  "model-depth": { name: "Depth network", doing: "Estimating depth" },
+  input: { name: "Read", doing: "Reading the photos" },
+  detect: { name: "Detect features", doing: "Detecting features" },
+  match: { name: "Match features", doing: "Matching features" },
+  estimate: { name: "Fit geometry", doing: "Fitting the geometry" },
+  depth: { name: "Two-view depth", doing: "Computing depth from the two photos" },
+  refine: { name: "Refine depth", doing: "Refining depth" },
+  warp: { name: "Warp", doing: "Warping the first photo" },
+  measure: { name: "Measure", doing: "Measuring the overlap" },
+  blend: { name: "Blend", doing: "Blending the photos" },
+  fill: { name: "Fill voids", doing: "Filling voids" },
+  "model-fill": { name: "Inpainting network", doing: "Inpainting voids" },
+};
+
+/** In the order in which they are run. */
+export const stages: readonly Running["stage"][] = [
+  "model-depth",
+  "input",
+  "detect",
+  "match",
+  "estimate",
+  "depth",
+  "refine",
+  "warp",
+  "measure",
+  "blend",
+  "fill",
+  "model-fill",
+];
+
+const modelText: Readonly<
+  Record<FitReport["model"], { name: string; under: string; sentence: string }>
+> = {
+  depth: {
+    name: "With depth",
+    under: "plane + parallax",
+    sentence:
+      "The photos are aligned by a plane-plus-parallax model: each pixel of the first is mapped by a homography and displaced along its epipolar line in proportion to its inverse depth.",
+  },
+  calibrated: {
+    name: "With depth",
+    under: "calibrated model",
+    sentence:
+      "The photos are aligned by a rotation, a translation and one focal length. This model has fewer parameters than a free plane-plus-parallax fit, which makes the extrapolation outside the overlap more accurate.",
+  },
+  "two-view": {
+    name: "From two views",
+    under: "depth from the photos",
+    sentence:
+      "The photos are aligned by a plane-plus-parallax model with depth estimated from the photos themselves. Outside their overlap depth is extrapolated smoothly.",
+  },
+  homography: {
+    name: "Homography",
+    under: "no parallax",
+    sentence:
+      "The photos are aligned by a homography, which is exact for planar scenes and pure rotations. Otherwise nearby objects are displaced.",
+  },
+};
+
+/** The four key figures: a value and a line under it. PSNR and SSIM are always shown with coverage. */
+export function keyFigures({ report, quality }: StitchResult) {
+  const coverage = `coverage ${percent(quality.coverage)}`;
+  const { name, under } = modelText[report.model];
+  return {
+    model: { value: name, under },
+    inliers: {
+      value: `${report.inliers} / ${report.usable}`,
+      under: `within ${pixels(report.threshold)}`,
+    },
+    psnr: { value: decibels(quality.psnrMask), under: coverage },
+    ssim: { value: similarity(quality.ssimMask), under: coverage },
+  };
+}
+
+/** The report in sentences. */
+export function reportParagraphs(outcome: Outcome): string[] {
+  return [
+    modelParagraph(outcome.result.report),
+    fitParagraph(outcome),
+    canvasParagraph(outcome),
+    `Total time: ${seconds(outcome.elapsed)}, in a worker of this page.`,
+  ];
+}
+
+function modelParagraph({ model, focalLength }: FitReport): string {
+  const focal =
+    focalLength === null
+      ? ""
+      : ` The focal length is ${count(Math.round(focalLength), "pixel", "pixels")} of the first photo.`;
+  return modelText[model].sentence + focal;
+}
+
+function fitParagraph({ result: { report }, job }: Outcome): string {
+  const unusable = report.matches - report.usable;
+  const dropped =
+    unusable > 0
+      ? `${unusable} of the ${report.matches} matches ${job.matches ? "given" : "found"} were not usable: duplicates, outside the photos, or without depth. `
+      : "";
+  const tracked =
+    report.tracked > 0
+      ? `As the depth is accurate, ${count(report.tracked, "additional point was", "additional points were")} tracked across the overlap and fitted as well. `
+      : "";
+  const [forward, reverse] = report.residual;
+  return (
+    `${dropped}${report.inliers} of ${count(report.usable, "usable match is an inlier", "usable matches are inliers")} within ${pixels(report.threshold)}, ` +
+    `found in ${count(report.trials, "trial", "trials")}. ${tracked}The median error is ${pixels(forward)} from target to reference and ${pixels(reverse)} in the other direction.`
+  );
+}
+
+function canvasParagraph({ result: { offset, mosaic, voidMask }, settings }: Outcome): string {
+  const voids = countSet(voidMask.data);
+  const share = percent(voids / (voidMask.width * voidMask.height));
+  const were = voids === 1 ? "is" : "are";
+  return (
+    `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the second photo starts at ${offset.x}, ${offset.y}. ` +
+    (voids > 0
+      ? `${count(voids, "pixel", "pixels")} (${share}) inside the outline of the first photo ${were} visible in neither photo and ${were} ${fillSentence(settings)}.`
+      : "There are no voids inside the outline of the first photo.")
+  );
+}
+
+function fillSentence({ fillMethod, options }: Settings): string {
+  if (fillMethod === "migan") return "inpainted by MI-GAN";
+  if (fillMethod === "lama") return "inpainted by LaMa";
+  return options.fill === "none" ? "left transparent" : "filled from their surroundings";
+}
+
+/** Counts the bytes of a mask that are 255 rather than 0, four at a time. */
+export function countSet(mask: Uint8Array<ArrayBuffer>): number {
+  const words = new Uint32Array(mask.buffer, mask.byteOffset, mask.length >> 2);
+  let set = 0;
+  for (let i = 0; i < words.length; i++) {
+    set += Math.imul((words[i] ?? 0) & 0x01010101, 0x01010101) >>> 24;
+  }
+  for (let i = 4 * words.length; i < mask.length; i++) if (mask[i]) set++;
+  return set;
+}
+
+/** Rows of the quality table: measure, PSNR, SSIM, coverage. */
+export function qualityRows({ quality }: StitchResult): readonly (readonly string[])[] {
+  const coverage = percent(quality.coverage);
+  return [
+    ["Valid pixels", decibels(quality.psnrMask), similarity(quality.ssimMask), coverage],
+    [
+      "Bounding box, as in the paper",
+      decibels(quality.psnrBbox),
+      similarity(quality.ssimBbox),
+      coverage,
+    ],
+  ];
+}
+
+/** The report as JSON: everything in a result except images. */
+export function reportJson(
+  { result, job, slots, settings, elapsed }: Outcome,
+  version: string,
+): string {
+  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voidMask } =
+    result;
+  const model = ({ h, e }: { h: Float64Array; e: Float64Array }) => ({ h: [...h], e: [...e] });
+  const value = {
+    version,
+    inputs: Object.fromEntries(
+      Object.entries(slots).map(([slot, loaded]) => [slot, loaded?.file.name ?? null]),
+    ),
+    sizes: { target: sizeOf(job.target), reference: sizeOf(job.reference) },
+    depthSource: settings.depthSource,
+    fillMethod: settings.fillMethod,
+    options: job.options,
+    canvas: {
+      width: mosaic.width,
+      height: mosaic.height,
+      offset,
+      clipped,
+      voids: countSet(voidMask.data),
+    },
+    forward: model(forward),
+    reverse: model(reverse),
+    report,
+    quality,
+    times,
+    elapsed,
+    matches: [...result.matches],
+    inliers: [...inliers],
+  };
+  return `${JSON.stringify(value, null, 2)}\n`;
+}
+
+function sizeOf({ width, height, original }: Photo) {
+  return { width, height, original };
+}
