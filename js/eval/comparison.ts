@@ -89,8 +89,11 @@ function similarity(a: Plane, b: Plane, valid: Uint8Array): number {
         for (let u = x - reach; u <= x + reach; u++) {
           const i = mirrored(v, height) * width + mirrored(u, width);
           const [p, q] = [a.data[i] as number, b.data[i] as number];
-          [sa, sb] = [sa + p, sb + q];
-          [aa, bb, ab] = [aa + p * p, bb + q * q, ab + p * q];
+          sa += p;
+          sb += q;
+          aa += p * p;
+          bb += q * q;
+          ab += p * q;
           if (u >= 0 && v >= 0 && u < width && v < height && !valid[i]) all = 0;
         }
       }

@@ -54,6 +54,7 @@ function searched(from: Plane, to: Plane, start: Flow): Flow {
   const [u, v] = [plane(columns, rows), plane(columns, rows)];
   const { gx, gy } = sobel(from);
   const middle = PATCH >> 1;
+  const scratch: Difference = { cost: 0, du: 0, dv: 0 };
   for (const direction of [1, -1]) {
     for (let k = 0; k < rows * columns; k++) {
       const i = direction > 0 ? k : rows * columns - 1 - k;
@@ -65,7 +66,7 @@ function searched(from: Plane, to: Plane, start: Flow): Flow {
         v.data[i] = at(start.v, x + middle, y + middle);
       }
       let best = i;
-      let least = difference(patch, to, u.data[i] as number, v.data[i] as number).cost;
+      let least = difference(patch, to, u.data[i] as number, v.data[i] as number, scratch);
       const beside = column - direction;
       const above = row - direction;
       const candidates = [
@@ -73,12 +74,8 @@ function searched(from: Plane, to: Plane, start: Flow): Flow {
         above >= 0 && above < rows ? i - direction * columns : -1,
       ];
       for (const candidate of candidates.filter((candidate) => candidate >= 0)) {
-        const { cost } = difference(
-          patch,
-          to,
-          u.data[candidate] as number,
-          v.data[candidate] as number,
-        );
+        const [cu, cv] = [u.data[candidate] as number, v.data[candidate] as number];
+        const cost = difference(patch, to, cu, cv, scratch);
         if (cost < least) [least, best] = [cost, candidate];
       }
       [u.data[i], v.data[i]] = descended(patch, to, u.data[best] as number, v.data[best] as number);
@@ -104,20 +101,43 @@ function patchAt(from: Plane, gx: Plane, gy: Plane, x: number, y: number): Patch
   return { x, y, values: cut(from), gx: cut(gx), gy: cut(gy) };
 }
 
-/** How the patch differs from what lies (u, v) away, means taken out, and the descent's direction. */
-function difference(
-  { x, y, values, gx, gy }: Patch,
-  to: Plane,
-  u: number,
-  v: number,
-): { cost: number; du: number; dv: number } {
-  let [sum, squares, sx, sy, du, dv] = [0, 0, 0, 0, 0, 0];
+/** How a patch differs from another place, and which way that grows. Written in place: it is asked for millions of times. */
+interface Difference {
+  cost: number;
+  du: number;
+  dv: number;
+}
+
+/** How the patch differs from what lies (u, v) away, means taken out. */
+function difference(patch: Patch, to: Plane, u: number, v: number, out: Difference): number {
+  const { values, gx, gy } = patch;
+  const { data, width, height } = to;
   // Not farther out than a patch: the border's values go on there.
-  const px = Math.min(Math.max(x + u, 1 - PATCH), to.width - 1);
-  const py = Math.min(Math.max(y + v, 1 - PATCH), to.height - 1);
+  const px = Math.min(Math.max(patch.x + u, 1 - PATCH), width - 1);
+  const py = Math.min(Math.max(patch.y + v, 1 - PATCH), height - 1);
+  const x0 = Math.floor(px);
+  const y0 = Math.floor(py);
+  const fx = px - x0;
+  const fy = py - y0;
+  let sum = 0;
+  let squares = 0;
+  let sx = 0;
+  let sy = 0;
+  let du = 0;
+  let dv = 0;
   for (let i = 0; i < values.length; i++) {
-    const d = sample(to, px + (i % PATCH), py + (i >> 3)) - (values[i] as number);
-    const [a, b] = [gx[i] as number, gy[i] as number];
+    const x = x0 + (i % PATCH);
+    const y = y0 + (i >> 3);
+    const left = x < 0 ? 0 : x < width ? x : width - 1;
+    const right = x < -1 ? 0 : x + 1 < width ? x + 1 : width - 1;
+    const top = (y < 0 ? 0 : y < height ? y : height - 1) * width;
+    const bottom = (y < -1 ? 0 : y + 1 < height ? y + 1 : height - 1) * width;
+    const upper = (data[top + left] as number) * (1 - fx) + (data[top + right] as number) * fx;
+    const lower =
+      (data[bottom + left] as number) * (1 - fx) + (data[bottom + right] as number) * fx;
+    const d = upper * (1 - fy) + lower * fy - (values[i] as number);
+    const a = gx[i] as number;
+    const b = gy[i] as number;
     sum += d;
     squares += d * d;
     sx += a;
@@ -126,7 +146,10 @@ function difference(
     dv += d * b;
   }
   const n = values.length;
-  return { cost: squares - (sum * sum) / n, du: du - (sum * sx) / n, dv: dv - (sum * sy) / n };
+  out.du = du - (sum * sx) / n;
+  out.dv = dv - (sum * sy) / n;
+  out.cost = squares - (sum * sum) / n;
+  return out.cost;
 }
 
 /** Inverse search from (u, v): the gradient is the patch's own, so that its structure tensor is inverted once. */
@@ -134,15 +157,18 @@ function descended(patch: Patch, to: Plane, u: number, v: number): [u: number, v
   let [xx, xy, yy] = [0, 0, 0];
   patch.gx.forEach((a, i) => {
     const b = patch.gy[i] as number;
-    [xx, xy, yy] = [xx + a * a, xy + a * b, yy + b * b];
+    xx += a * a;
+    xy += a * b;
+    yy += b * b;
   });
   const determinant = xx * yy - xy * xy;
   const inverse = 1 / (Math.abs(determinant) < FLAT ? FLAT : determinant);
+  const scratch: Difference = { cost: 0, du: 0, dv: 0 };
   let [cu, cv, before] = [u, v, Infinity];
   for (let step = 0; step < STEPS; step++) {
-    const { cost, du, dv } = difference(patch, to, cu, cv);
-    cu -= inverse * (yy * du - xy * dv);
-    cv -= inverse * (xx * dv - xy * du);
+    const cost = difference(patch, to, cu, cv, scratch);
+    cu -= inverse * (yy * scratch.du - xy * scratch.dv);
+    cv -= inverse * (xx * scratch.dv - xy * scratch.du);
     if (cost >= before) break;
     before = cost;
   }
@@ -170,7 +196,9 @@ function densified(from: Plane, to: Plane, patches: Flow): Flow {
           const pu = patches.u.data[row * columns + column] as number;
           const pv = patches.v.data[row * columns + column] as number;
           const weight = 1 / Math.max(1, Math.abs(sample(to, x + pu, y + pv) - value));
-          [weights, su, sv] = [weights + weight, su + weight * pu, sv + weight * pv];
+          weights += weight;
+          su += weight * pu;
+          sv += weight * pv;
         }
       }
       u.data[y * width + x] = su / weights;

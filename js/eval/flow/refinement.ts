@@ -90,7 +90,7 @@ function smoothness(u: Plane, v: Plane, du: Plane, dv: Plane, out: Plane): void 
   }
 }
 
-/** One sweep of successive over-relaxation, in place. */
+/** One sweep of successive over-relaxation, in place: a chessboard's black pixels, then its white ones. */
 function relax(
   u: Plane,
   v: Plane,
@@ -101,26 +101,31 @@ function relax(
   smooth: Plane,
 ): void {
   const { width, height } = u;
-  const get = ({ data }: Plane, i: number): number => data[i] as number;
   for (let colour = 0; colour < 2; colour++) {
     for (let y = 0; y < height; y++) {
       for (let x = (y + colour) % 2; x < width; x += 2) {
         const i = y * width + x;
-        let [weights, su, sv] = [0, 0, 0];
-        const pull = (j: number, weight: number): void => {
-          weights += weight;
-          su += weight * (get(u, j) + get(du, j) - get(u, i));
-          sv += weight * (get(v, j) + get(dv, j) - get(v, i));
-        };
         // The weight between two pixels is that of the upper or left one.
-        if (x > 0) pull(i - 1, get(smooth, i - 1));
-        if (x < width - 1) pull(i + 1, get(smooth, i));
-        if (y > 0) pull(i - width, get(smooth, i - width));
-        if (y < height - 1) pull(i + width, get(smooth, i));
-        const [pu, pv, mixed] = [get(du, i), get(dv, i), get(a12, i)];
-        const nextU = (get(right.u, i) + su - mixed * pv) / (get(a11, i) + weights);
-        du.data[i] = pu + OMEGA * (nextU - pu);
-        const nextV = (get(right.v, i) + sv - mixed * get(du, i)) / (get(a22, i) + weights);
+        const here = smooth.data[i] as number;
+        const toLeft = x > 0 ? (smooth.data[i - 1] as number) : 0;
+        const toRight = x < width - 1 ? here : 0;
+        const above = y > 0 ? (smooth.data[i - width] as number) : 0;
+        const below = y < height - 1 ? here : 0;
+        const weights = toLeft + toRight + above + below;
+        const pull = (p: Float32Array, dp: Float32Array): number =>
+          (toLeft > 0 ? toLeft * ((p[i - 1] as number) + (dp[i - 1] as number)) : 0) +
+          (toRight > 0 ? toRight * ((p[i + 1] as number) + (dp[i + 1] as number)) : 0) +
+          (above > 0 ? above * ((p[i - width] as number) + (dp[i - width] as number)) : 0) +
+          (below > 0 ? below * ((p[i + width] as number) + (dp[i + width] as number)) : 0) -
+          weights * (p[i] as number);
+        const pu = du.data[i] as number;
+        const pv = dv.data[i] as number;
+        const mixed = a12.data[i] as number;
+        const sumU = (right.u.data[i] as number) + pull(u.data, du.data);
+        const nextU = pu + OMEGA * ((sumU - mixed * pv) / ((a11.data[i] as number) + weights) - pu);
+        du.data[i] = nextU;
+        const sumV = (right.v.data[i] as number) + pull(v.data, dv.data);
+        const nextV = (sumV - mixed * nextU) / ((a22.data[i] as number) + weights);
         dv.data[i] = pv + OMEGA * (nextV - pv);
       }
     }
