@@ -4,6 +4,7 @@ import { systemCode } from "../cases/errors.js";
 import { SETTING_NAMES, applySetting, isSettingName } from "../cli/settings.js";
 import { UsageError } from "../cli/usage.js";
 import type { Options } from "../index.js";
+import type { Group } from "./measures.js";
 import { MODES, type Mode } from "./modes.js";
 
 /** What an evaluation is asked to do. */
@@ -16,6 +17,12 @@ export interface Request {
   readonly settings: Partial<Options>;
   /** Whether the photos are matched anew. */
   readonly ownMatches: boolean;
+  /** What is measured. */
+  readonly groups: ReadonlySet<Group>;
+  /** File of the network for LPIPS. */
+  readonly lpips: string | undefined;
+  /** File of the picture sheet. */
+  readonly sheet: string | undefined;
   readonly out: string | undefined;
   readonly json: string | undefined;
   readonly check: boolean;
@@ -23,7 +30,7 @@ export interface Request {
 
 export const HELP = `Usage: npm run eval -- --data DIR [options]
 
-Stitches every case folder in DIR and prints what it measures.
+Stitches every case folder in DIR and prints what it measures: of the overlap unless something else is asked for.
 
   --data DIR           folder of case folders, or one case folder [../shared/data, or $DEPTHSTITCH_DATA]
   --mode MODE[,MODE]   ${[...MODES.keys()].join(", ")} [default]
@@ -31,6 +38,14 @@ Stitches every case folder in DIR and prints what it measures.
   --matches WHOSE      supplied: those of the case; own: our matcher's [supplied]
   --seed N             the sampler's seed
   --set OPTION=VALUE   any option of stitch, on top of the mode's; may be repeated
+  --look               what a person sees: voids inside the reference's border and in the whole overlap, the seam's share on
+                       that border, its length, visible steps along it, straight lines broken inside the reference, across
+                       its border and outside, bending outside; lower is better
+  --stability          how much another seed changes the outline outside the reference: 1 - intersection over union
+  --hidden             hide the outer 40 % of the overlap from the reference, stitch, and compare: PSNR and SSIM at equal
+                       exposure, the share shown, by how many pixels it is displaced. Stitches nothing else by itself.
+  --lpips FILE.onnx    LPIPS of the overlap by this network: two inputs [1, 3, height, width] from -1 to 1
+  --sheet FILE.png     a picture of every case's target, reference, mosaic by homography, and mosaics of the modes
   --out DIR            write CASE_MODE_mosaic.png and CASE_MODE_warped.png there
   --json FILE          write the rows there as JSON
   --check              compare with js/eval/floors.json; exit 1 when a number falls short
@@ -63,10 +78,13 @@ export function parseRequest(args: readonly string[]): Request | undefined {
   }
   return {
     data: flags.data ?? process.env.DEPTHSTITCH_DATA ?? "../shared/data",
-    modes: (flags.mode ?? "default").split(",").map((name) => [name, modeOf(name)] as const),
+    modes: modeNames(flags).map((name) => [name, modeOf(name)] as const),
     wanted: globs(flags.cases ?? "*"),
     settings,
     ownMatches: matches === "own",
+    groups: groupsOf(flags),
+    lpips: flags.lpips,
+    sheet: flags.sheet,
     out: flags.out,
     json: flags.json,
     check: flags.check ?? false,
@@ -84,6 +102,11 @@ function parse(args: readonly string[]) {
         matches: { type: "string" },
         seed: { type: "string" },
         set: { type: "string", multiple: true },
+        look: { type: "boolean" },
+        stability: { type: "boolean" },
+        hidden: { type: "boolean" },
+        lpips: { type: "string" },
+        sheet: { type: "string" },
         out: { type: "string" },
         json: { type: "string" },
         check: { type: "boolean" },
@@ -94,6 +117,22 @@ function parse(args: readonly string[]) {
     if (!(error instanceof Error) || !systemCode(error)?.startsWith("ERR_PARSE_ARGS")) throw error;
     throw new UsageError(error.message);
   }
+}
+
+/** The modes asked for; a sheet compares them with the homography. */
+function modeNames({ mode = "default", sheet }: { mode?: string; sheet?: string }): string[] {
+  const names = mode.split(",");
+  return sheet === undefined || names.includes("baseline") ? names : ["baseline", ...names];
+}
+
+function groupsOf(flags: {
+  readonly look?: boolean;
+  readonly stability?: boolean;
+  readonly hidden?: boolean;
+  readonly lpips?: string;
+}): Set<Group> {
+  const asked = (["look", "stability", "hidden", "lpips"] as const).filter((group) => flags[group]);
+  return new Set<Group>(asked.length > 0 ? asked : ["overlap"]);
 }
 
 function modeOf(name: string): Mode {

@@ -1,75 +1,118 @@
 import { CASE_FILE, loadCase, type Case } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
 import { StitchError, stitch, type Options, type Stage, type StitchResult } from "../index.js";
+import { appearance, instability } from "./appearance.js";
+import { compareHidden, cutReference, type Cut } from "./hidden.js";
+import type { PerceptualDistance } from "./lpips.js";
+import { UNMEASURED, type Group, type Values } from "./measures.js";
 import type { Mode } from "./modes.js";
-import { checkTruth, truthError, type ErrorSummary } from "./truth.js";
+import { checkTruth, truthError } from "./truth.js";
 
-/** What is measured of one case in one mode; null where it could not be. */
-export interface Row {
+/** What is measured of one case in one mode. */
+export interface Row extends Values {
   readonly case: string;
   readonly mode: string;
-  readonly psnr_bbox: number | null;
-  readonly ssim_bbox: number | null;
-  readonly psnr_mask: number | null;
-  readonly ssim_mask: number | null;
-  readonly cover: number | null;
-  readonly matches: number | null;
-  readonly inliers: number | null;
-  /** Median and 90th percentile in pixels against the true map, where it leads into the reference. */
-  readonly error_inside: ErrorSummary | null;
-  readonly error_outside: ErrorSummary | null;
   readonly ms: Readonly<Partial<Record<Stage, number>>>;
   /** Code of the error that ended the case. */
   readonly failed?: string;
   readonly warnings: readonly string[];
 }
 
-/** A row, and the pictures behind it unless the case failed. */
+/** A row, and what is behind it unless the case failed. */
 export interface Evaluation {
   readonly row: Row;
+  readonly input: Case | undefined;
+  /** Of the whole photos; undefined where nothing asks for it. */
   readonly result: StitchResult | undefined;
 }
 
-/** Stitches the case in `folder` on this thread. A case that cannot be read or stitched is a row that says so. */
+/** What is asked of an evaluation, besides case and mode. */
+export interface Task {
+  /** Options on top of the mode's own. */
+  readonly settings: Partial<Options>;
+  /** Whether the photos are matched anew. */
+  readonly ownMatches: boolean;
+  readonly groups: ReadonlySet<Group>;
+  /** Where `lpips` is among the groups. */
+  readonly distance?: PerceptualDistance | undefined;
+  /** Whether the pictures of the whole photos are wanted though nothing of them is measured. */
+  readonly pictures: boolean;
+}
+
+/** Which part of each case's reference is hidden, by its folder: the same in every mode. */
+const cuts = new Map<string, Promise<Cut | undefined>>();
+
+/** Measures the case in `folder` on this thread. A case that cannot be read or stitched is a row that says so. */
 export async function evaluate(
   folder: string,
   caseName: string,
   modeName: string,
   mode: Mode,
-  { settings, ownMatches }: { settings: Partial<Options>; ownMatches: boolean },
+  task: Task,
 ): Promise<Evaluation> {
+  let values: Values = UNMEASURED;
+  let result: StitchResult | undefined;
+  const warnings: string[] = [];
   try {
     const input = await loadCase(folder);
     if (input.truth)
       checkTruth(`${folder}/${CASE_FILE}`, input.truth, input.targetDepth, input.target);
-    const result = await stitch(input.target, input.reference, {
-      ...mode.settings,
-      ...settings,
-      matches: ownMatches ? undefined : input.matches,
-      targetDepth: mode.depth ? input.targetDepth : undefined,
-      referenceDepth: mode.depth ? input.referenceDepth : undefined,
-      outputDepth: true,
-      worker: false,
-    });
-    return { row: measured(caseName, modeName, input, result), result };
-  } catch (error) {
-    if (error instanceof StitchError || error instanceof FileError) {
-      return { row: failure(caseName, modeName, error.code), result: undefined };
+    if (task.pictures || [...task.groups].some((group) => group !== "hidden")) {
+      result = await stitched(input, mode, task);
+      values = { ...values, ...(await measured(input, result, mode, task)) };
+      warnings.push(...result.report.warnings.map(({ code }) => code));
     }
-    throw error;
+    if (task.groups.has("hidden")) {
+      const hidden = await hiddenPart(folder, input, mode, task);
+      if (typeof hidden === "string") warnings.push(`hidden:${hidden}`);
+      else values = { ...values, ...hidden };
+    }
+    const row = { case: caseName, mode: modeName, ...values, ms: result?.times ?? {}, warnings };
+    return { row, input, result };
+  } catch (error) {
+    const { code: failed } = known(error);
+    const row = { case: caseName, mode: modeName, ...UNMEASURED, ms: {}, failed, warnings: [] };
+    return { row, input: undefined, result: undefined };
   }
 }
 
-function measured(caseName: string, mode: string, input: Case, result: StitchResult): Row {
-  const { quality, report, times } = result;
-  const { truth, targetDepth: given } = input;
+/** An error that a case may have; any other is thrown on. */
+function known(error: unknown): StitchError | FileError {
+  if (error instanceof StitchError || error instanceof FileError) return error;
+  throw error;
+}
+
+function stitched(input: Case, mode: Mode, { settings, ownMatches }: Task): Promise<StitchResult> {
+  return stitch(input.target, input.reference, {
+    ...mode.settings,
+    ...settings,
+    matches: ownMatches ? undefined : input.matches,
+    targetDepth: mode.depth ? input.targetDepth : undefined,
+    referenceDepth: mode.depth ? input.referenceDepth : undefined,
+    outputDepth: true,
+    worker: false,
+  });
+}
+
+async function measured(
+  input: Case,
+  result: StitchResult,
+  mode: Mode,
+  task: Task,
+): Promise<Partial<Values>> {
+  const { quality, report } = result;
+  const { target, reference, truth, targetDepth: given } = input;
   const error =
     truth && given
-      ? truthError(result.forward, result.targetDepth ?? given, truth, given, input.reference)
+      ? truthError(result.forward, result.targetDepth ?? given, truth, given, reference)
       : undefined;
+  const { groups, distance, settings } = task;
+  // Another seed is another sample of the matches.
+  const seed = (settings.seed ?? 1) + 1;
+  const again = groups.has("stability")
+    ? await stitched(input, mode, { ...task, settings: { ...settings, seed } })
+    : undefined;
   return {
-    case: caseName,
-    mode,
     psnr_bbox: quality.psnrBbox,
     ssim_bbox: quality.ssimBbox,
     psnr_mask: quality.psnrMask,
@@ -79,26 +122,29 @@ function measured(caseName: string, mode: string, input: Case, result: StitchRes
     inliers: report.inliers,
     error_inside: error?.inside ?? null,
     error_outside: error?.outside ?? null,
-    ms: times,
-    warnings: report.warnings.map(({ code }) => code),
+    ...(groups.has("look") ? await appearance(target, reference, result) : {}),
+    instability: again ? instability(result, again, reference) : null,
+    lpips: groups.has("lpips") && distance ? await distance.measure(result, reference) : null,
   };
 }
 
-function failure(caseName: string, mode: string, code: string): Row {
-  return {
-    case: caseName,
-    mode,
-    psnr_bbox: null,
-    ssim_bbox: null,
-    psnr_mask: null,
-    ssim_mask: null,
-    cover: null,
-    matches: null,
-    inliers: null,
-    error_inside: null,
-    error_outside: null,
-    ms: {},
-    failed: code,
-    warnings: [],
-  };
+/** The measures of the hidden part, or why there are none. */
+async function hiddenPart(
+  folder: string,
+  input: Case,
+  mode: Mode,
+  task: Task,
+): Promise<Partial<Values> | string> {
+  try {
+    const cutting = cuts.get(folder) ?? cutReference(input);
+    cuts.set(folder, cutting);
+    const cut = await cutting;
+    if (!cut) return "no-overlap";
+    const found = await compareHidden(input, cut, mode, task);
+    if (!found) return "not-shown";
+    const { psnr, ssim, shown, shift } = found;
+    return { hidden_psnr: psnr, hidden_ssim: ssim, hidden_shown: shown, hidden_shift: shift };
+  } catch (error) {
+    return known(error).code;
+  }
 }

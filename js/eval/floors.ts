@@ -1,23 +1,20 @@
 import { readFile } from "node:fs/promises";
 
 import type { Row } from "./evaluate.js";
+import { MEASURES, MEASURE_NAMES, type Group, type MeasureName, type Values } from "./measures.js";
 import type { Mean } from "./summarise.js";
 
-/** What a row must reach: at least these scores, at most these median errors in pixels. */
-export type Floor = { readonly [K in Measure]?: number } & {
+/** What a row must reach: at least these scores, at most these errors (of two numbers, the median). */
+export type Floor = { readonly [K in MeasureName]?: number } & {
   /** Of a group: how many cases its mean is of. The mean of fewer is left out. */
   readonly cases?: number;
 };
 export interface Floors {
-  /** By how much a row may fall short. */
-  readonly tolerance: { readonly [K in Measure]: number };
+  /** By how much a row may fall short; 0 where nothing is said. */
+  readonly tolerance: { readonly [K in MeasureName]?: number };
   /** By mode, then by case or group of cases (`mono-*`). */
   readonly modes: Readonly<Record<string, Readonly<Record<string, Floor>>>>;
 }
-
-const MEASURES = ["psnr_bbox", "ssim_bbox", "cover", "error_inside", "error_outside"] as const;
-type Measure = (typeof MEASURES)[number];
-type Checked = Pick<Row, Measure>;
 
 /** The reference figures: what the published method has to reach, and what our own way did. */
 export async function readFloors(): Promise<Floors> {
@@ -34,14 +31,15 @@ export interface Check {
   readonly short: readonly string[];
 }
 
-/** Compares rows and means of one mode with its floors; floors of cases that did not run are left out. */
+/** Compares rows and means of one mode with its floors; floors of cases and groups that were not measured are left out. */
 export function checkFloors(
   floors: Floors,
   mode: string,
   rows: readonly Row[],
   means: readonly Mean[],
+  groups: ReadonlySet<Group>,
 ): Check {
-  const named = new Map<string, Checked & { readonly total?: number }>([
+  const named = new Map<string, Values & { readonly total?: number }>([
     ...means.map((mean) => [mean.name, mean] as const),
     ...rows.map((row) => [row.case, row] as const),
   ]);
@@ -50,16 +48,21 @@ export function checkFloors(
   for (const [name, floor] of Object.entries(floors.modes[mode] ?? {})) {
     const row = named.get(name);
     if (row === undefined || row.total !== floor.cases) continue;
+    const measures = MEASURE_NAMES.filter(
+      (measure) => floor[measure] !== undefined && groups.has(MEASURES[measure].group),
+    );
+    if (measures.length === 0) continue;
     checked += 1;
-    for (const measure of MEASURES) {
-      const least = floor[measure];
-      if (least === undefined) continue;
+    for (const measure of measures) {
+      const wanted = floor[measure] ?? NaN;
       const value = valueOf(row, measure);
-      const gap = measure.startsWith("error") ? value - least : least - value;
-      if (gap <= floors.tolerance[measure]) continue;
+      const lower = MEASURES[measure].better === "lower";
+      const tolerance = floors.tolerance[measure] ?? 0;
+      if ((lower ? value - wanted : wanted - value) <= tolerance) continue;
       const found = Number.isNaN(value) ? "nothing" : value.toFixed(3);
+      const bound = lower ? "ceiling" : "floor";
       short.push(
-        `${mode} ${name}: ${measure} ${found}, floor ${least} (tolerance ${floors.tolerance[measure]})`,
+        `${mode} ${name}: ${measure} ${found}, ${bound} ${wanted} (tolerance ${tolerance})`,
       );
     }
   }
@@ -67,7 +70,7 @@ export function checkFloors(
 }
 
 /** A score, or the median of an error; NaN (which is never good enough) when it was not measured. */
-function valueOf(row: Checked, measure: Measure): number {
+function valueOf(row: Values, measure: MeasureName): number {
   const value = row[measure];
   return (typeof value === "number" ? value : value?.[0]) ?? NaN;
 }

@@ -1,4 +1,4 @@
-import { access, mkdir, readdir, writeFile } from "node:fs/promises";
+import { access, mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 import { basename, join, resolve } from "node:path";
 
 import { CASE_FILE } from "../cases/case.js";
@@ -9,6 +9,8 @@ import type { StitchResult } from "../index.js";
 import { HELP, parseRequest, type Request } from "./arguments.js";
 import { evaluate, type Row } from "./evaluate.js";
 import { checkFloors, readFloors } from "./floors.js";
+import { perceptualDistance, type PerceptualDistance } from "./lpips.js";
+import { Sheet } from "./sheet.js";
 import { means } from "./summarise.js";
 import { tableLines } from "./table.js";
 
@@ -28,21 +30,27 @@ export async function run(args: readonly string[]): Promise<number> {
 
 async function runRequest(request: Request): Promise<number> {
   const folders = await caseFolders(request.data, request.wanted);
-  const lines = tableLines(Math.max(...folders.map(({ name }) => name.length), 12));
+  const lines = tableLines(Math.max(...folders.map(({ name }) => name.length), 12), request.groups);
   if (request.out) await mkdir(request.out, { recursive: true });
+  const sheet = request.sheet === undefined ? undefined : new Sheet();
+  const distance = request.lpips === undefined ? undefined : await network(request.lpips);
+  const task = { ...request, distance, pictures: Boolean(request.out ?? request.sheet) };
 
   const rows: Row[] = [];
   for (const [modeName, mode] of request.modes) {
     print(`${modeName}\n${lines.header}`);
     for (const { name, path } of folders) {
-      const { row, result } = await evaluate(path, name, modeName, mode, request);
+      const { row, input, result } = await evaluate(path, name, modeName, mode, task);
       rows.push(row);
       print(lines.row(row));
+      if (sheet && input && result) sheet.add(row, input, result);
       if (request.out && result) await writePictures(request.out, `${name}_${modeName}`, result);
     }
     for (const mean of means(rows.filter((row) => row.mode === modeName))) print(lines.mean(mean));
     print("");
   }
+  await distance?.dispose();
+  if (sheet && request.sheet) await writeFile(request.sheet, await encodePng(sheet.draw()));
   if (request.json) await writeFile(request.json, `${JSON.stringify(rows, rounded, 1)}\n`);
   if (request.check) return check(request, rows);
   return rows.some(({ failed }) => failed === undefined) ? 0 : 1;
@@ -55,13 +63,20 @@ async function check(request: Request, rows: readonly Row[]): Promise<number> {
   let short = 0;
   for (const [modeName] of request.modes) {
     const ofMode = rows.filter((row) => row.mode === modeName);
-    const found = checkFloors(floors, modeName, ofMode, means(ofMode));
+    const found = checkFloors(floors, modeName, ofMode, means(ofMode), request.groups);
     checked += found.checked;
     short += found.short.length;
     for (const line of found.short) print(`short: ${line}`);
   }
   print(`${checked} rows with a floor, ${short} numbers fall short`);
   return checked > 0 && short === 0 ? 0 : 1;
+}
+
+async function network(path: string): Promise<PerceptualDistance> {
+  const bytes = await readFile(path).catch((error: unknown) => {
+    throw new UsageError(`--lpips ${path}: cannot be read (${systemCode(error) ?? String(error)})`);
+  });
+  return perceptualDistance(bytes);
 }
 
 interface CaseFolder {

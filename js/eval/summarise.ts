@@ -1,9 +1,9 @@
 import type { Row } from "./evaluate.js";
+import { MEASURE_NAMES, type MeasureName, type Values } from "./measures.js";
 import { mean } from "./statistics.js";
-import type { ErrorSummary } from "./truth.js";
 
 /** The mean row of some rows; failed ones are left out, and counted. */
-export interface Mean extends Omit<Row, "case" | "mode" | "ms" | "warnings" | "failed"> {
+export interface Mean extends Values {
   readonly name: string;
   readonly stitched: number;
   readonly total: number;
@@ -32,25 +32,20 @@ export function milliseconds({ failed, ms }: Row): number | null {
 }
 
 function meanOf(name: string, rows: readonly Row[]): Mean {
-  const of = (pick: (row: Row) => number | null): number | null => mean(rows.map(pick)) ?? null;
-  const ofErrors = (pick: (row: Row) => ErrorSummary | null): ErrorSummary | null => {
-    const median = of((row) => pick(row)?.[0] ?? null);
-    const p90 = of((row) => pick(row)?.[1] ?? null);
-    return median === null || p90 === null ? null : [median, p90];
+  const of = (measure: MeasureName): number | readonly number[] | null => {
+    const values = rows.map((row) => row[measure]);
+    const errors = values.filter((value) => typeof value === "object" && value !== null);
+    if (errors.length === 0)
+      return mean(values.filter((value) => typeof value === "number")) ?? null;
+    const parts = [0, 1].map((i) => mean(errors.map((error) => error[i])));
+    return parts.some((part) => part === undefined) ? null : (parts as number[]);
   };
+  const values = Object.fromEntries(MEASURE_NAMES.map((measure) => [measure, of(measure)]));
   return {
+    ...(values as unknown as Values),
     name,
     stitched: rows.filter(({ failed }) => failed === undefined).length,
     total: rows.length,
-    psnr_bbox: of((row) => row.psnr_bbox),
-    ssim_bbox: of((row) => row.ssim_bbox),
-    psnr_mask: of((row) => row.psnr_mask),
-    ssim_mask: of((row) => row.ssim_mask),
-    cover: of((row) => row.cover),
-    matches: of((row) => row.matches),
-    inliers: of((row) => row.inliers),
-    error_inside: ofErrors((row) => row.error_inside),
-    error_outside: ofErrors((row) => row.error_outside),
-    milliseconds: of(milliseconds),
+    milliseconds: mean(rows.map(milliseconds)) ?? null,
   };
 }

@@ -1,47 +1,39 @@
 import type { Row } from "./evaluate.js";
+import { MEASURES, MEASURE_NAMES, type Group, type Values } from "./measures.js";
 import { milliseconds, type Mean } from "./summarise.js";
 
-const COLUMNS = [
-  ["psnr_bbox", 9],
-  ["ssim_bbox", 9],
-  ["psnr_mask", 9],
-  ["ssim_mask", 9],
-  ["cover", 6],
-  ["matches", 7],
-  ["inliers", 7],
-  ["in med", 8],
-  ["in p90", 8],
-  ["out med", 8],
-  ["out p90", 8],
-  ["ms", 7],
-] as const;
+/** Columns are at least this wide. */
+const COLUMN = 7;
 
-type Values = Pick<
-  Row,
-  | "psnr_bbox"
-  | "ssim_bbox"
-  | "psnr_mask"
-  | "ssim_mask"
-  | "cover"
-  | "matches"
-  | "inliers"
-  | "error_inside"
-  | "error_outside"
->;
-
-/** The lines of a table whose first column is `width` wide. */
-export function tableLines(width: number): {
+/** The lines of a table of these groups of measures whose first column is `width` wide. */
+export function tableLines(
+  width: number,
+  groups: ReadonlySet<Group>,
+): {
   readonly header: string;
   readonly row: (row: Row) => string;
   readonly mean: (mean: Mean) => string;
 } {
+  const shown = MEASURE_NAMES.filter((name) => groups.has(MEASURES[name].group));
+  const headings = [...shown.flatMap((name) => [...MEASURES[name].headings]), "ms"];
   const line = (name: string, cells: readonly string[], note: string): string => {
-    const aligned = COLUMNS.map(([, columnWidth], i) => (cells[i] ?? "").padStart(columnWidth));
+    const aligned = headings.map((heading, i) =>
+      (cells[i] ?? "").padStart(Math.max(heading.length, COLUMN)),
+    );
     return `${[name.padEnd(width), ...aligned].join("  ")}  ${note}`.trimEnd();
   };
-  const header = COLUMNS.map(([name]) => name);
+  /** `extra` digits for the mean of counts. */
+  const cells = (values: Values, ms: number | null, extra: number): string[] => [
+    ...shown.flatMap((name) => {
+      const { headings, digits } = MEASURES[name];
+      const value = values[name];
+      const numbers = typeof value === "object" ? (value ?? headings.map(() => null)) : [value];
+      return numbers.map((number) => fixed(number, digits === 0 ? extra : digits));
+    }),
+    fixed(ms, 0),
+  ];
   return {
-    header: line("case", header, ""),
+    header: line("case", headings, ""),
     row: (row) => {
       const note = row.failed === undefined ? row.warnings.join(" ") : `FAILED ${row.failed}`;
       return line(row.case, cells(row, milliseconds(row), 0), note);
@@ -53,24 +45,6 @@ export function tableLines(width: number): {
         `${mean.stitched} of ${mean.total} stitched`,
       ),
   };
-}
-
-function cells(values: Values, ms: number | null, countDigits: number): string[] {
-  const { error_inside: inside, error_outside: outside } = values;
-  return [
-    fixed(values.psnr_bbox, 2),
-    fixed(values.ssim_bbox, 3),
-    fixed(values.psnr_mask, 2),
-    fixed(values.ssim_mask, 3),
-    fixed(values.cover, 3),
-    fixed(values.matches, countDigits),
-    fixed(values.inliers, countDigits),
-    fixed(inside?.[0] ?? null, 2),
-    fixed(inside?.[1] ?? null, 2),
-    fixed(outside?.[0] ?? null, 2),
-    fixed(outside?.[1] ?? null, 2),
-    fixed(ms, 0),
-  ];
 }
 
 function fixed(value: number | null, digits: number): string {

@@ -1,10 +1,8 @@
 import type { Truth } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
 import type { DepthInput, ImageInput, Model } from "../index.js";
+import type { ErrorSummary } from "./measures.js";
 import { median, percentile } from "./statistics.js";
-
-/** Median and 90th percentile in pixels. */
-export type ErrorSummary = readonly [median: number, p90: number];
 
 /** How far the fitted map is from the true one; null where there are too few points to say. */
 export interface TruthError {

@@ -8,6 +8,7 @@ mod descriptor;
 mod detect;
 mod extrema;
 mod guided;
+mod line_segments;
 mod luma;
 mod matching;
 mod nearest;
@@ -19,6 +20,7 @@ mod tracking;
 pub use descriptor::LENGTH;
 pub use detect::detect;
 pub use guided::{Guide, match_guided};
+pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};
 pub use matching::{match_features, matches_of};
 pub use tracking::track;
 

@@ -7,6 +7,7 @@ mod consensus;
 mod epipolar;
 mod errors;
 mod estimate;
+mod homography;
 mod levenberg_marquardt;
 mod linear;
 mod model;
@@ -20,6 +21,7 @@ mod vectors;
 
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
+pub use homography::homography;
 pub(crate) use model::check_views;
 pub use model::{Match, Model};
 pub use plane::DepthSample;

@@ -1,6 +1,12 @@
-//! PSNR, SSIM and coverage of the overlap.
+//! PSNR, SSIM and coverage of the overlap, and what a person sees of the mosaic.
 
+mod appearance;
 mod ssim;
+
+pub use appearance::{
+    Appearance, BrokenLines, LineBreaks, SeamShape, Voids, appearance, bending, broken_lines, seam_shape,
+    visible_steps, voids,
+};
 
 use crate::mosaic::crop::{bounding_box, extent};
 use crate::mosaic::{Rect, check_canvas};

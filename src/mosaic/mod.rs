@@ -24,3 +24,4 @@ pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::Guide;
 
 pub(crate) use canvas::check_canvas;
+pub(crate) use exposure::linear_light;

@@ -8,6 +8,7 @@ use super::convert::{get, image_from_js, invalid, mask_from_js, size_from_js, wh
 use crate::features::{Features, Keypoint};
 use crate::geometry::{Match, Model};
 use crate::image::{DepthKind, check_len, reserve, zeroed};
+use crate::mosaic::Mosaic;
 use crate::warp::Warped;
 use crate::{Error, Image, InverseDepth, Mask, Result};
 
@@ -122,6 +123,16 @@ pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
     numbers("h", &mut h)?;
     numbers("e", &mut e)?;
     Ok(Model { h: Matrix3::from_row_slice(&h), e: Vector3::from(e) })
+}
+
+/// A `Mosaic`, as far as it is looked at.
+pub(super) fn mosaic(value: &JsValue) -> Result<Mosaic> {
+    Ok(Mosaic {
+        image: image("mosaic", &get(value, "mosaic"))?,
+        voids: mask("voidMask", &get(value, "voidMask"))?,
+        seam: mask("seam", &get(value, "seam"))?,
+        gains: [1.0; 3],
+    })
 }
 
 /// A `Warped`.

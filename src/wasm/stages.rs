@@ -79,6 +79,9 @@ extern "C" {
     /// `Quality`.
     #[wasm_bindgen(typescript_type = "Quality")]
     pub type QualityObject;
+    /// `Appearance`.
+    #[wasm_bindgen(typescript_type = "Appearance")]
+    pub type AppearanceObject;
     /// `StitchResult`.
     #[wasm_bindgen(typescript_type = "StitchResult")]
     pub type StitchResult;
@@ -331,6 +334,24 @@ pub fn measure(warped: &WarpedObject, reference: &ImageInput) -> std::result::Re
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
         Ok(results::quality(&metrics::quality(&warped, reference.view())?))
+    })
+    .map(JsCast::unchecked_into)
+}
+
+/// What a person sees of a mosaic.
+#[wasm_bindgen]
+pub fn appearance(
+    target: &ImageInput,
+    reference: &ImageInput,
+    result: &StitchResult,
+) -> std::result::Result<AppearanceObject, JsValue> {
+    observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
+        observer.progress(Stage::Measure, 0.0);
+        let photos = Photos::read(target, reference, result, u64::MAX)?;
+        let forward = inputs::model("forward", &get(result, "forward"))?;
+        let (warped, mosaic) = (inputs::warped(result)?, inputs::mosaic(result)?);
+        let (target, reference) = (photos.target(), photos.reference().image);
+        Ok(results::appearance(&metrics::appearance(target, reference, &forward, &warped, &mosaic)?))
     })
     .map(JsCast::unchecked_into)
 }

@@ -8,6 +8,7 @@ import { fileURLToPath } from "node:url";
 import { parseCase, parseMatches, parseNpy } from "depthstitch/cases";
 import { OPTION_LIST } from "depthstitch/options";
 import { decodeImage } from "../../dist/codecs.js";
+import { UNMEASURED } from "../../dist/eval/measures.js";
 import { MODES } from "../../dist/eval/modes.js";
 import { checkFloors, readFloors } from "../../dist/eval/floors.js";
 import { mean, median, percentile } from "../../dist/eval/statistics.js";
@@ -141,6 +142,7 @@ test("what does not exist (yet) is refused with exit code 2", () => {
     { args: ["--cases", "none"], line: /no case folder/ },
     { args: ["--data", join(folder, "nowhere")], line: /cannot be read/ },
     { args: ["--wrong"], line: /--wrong/ },
+    { args: ["--lpips", join(folder, "no.onnx")], line: /--lpips .* cannot be read/ },
   ];
   for (const { args, line } of refused) {
     const { status, stderr } = run("--data", data, ...args);
@@ -276,36 +278,30 @@ test("floors: what falls short is named, tolerance included", async () => {
       cover: 0.01,
       error_inside: 0.2,
       error_outside: 0.2,
+      seam_length: 0.5,
     },
     modes: {
       paper: {
-        a: { psnr_bbox: 20, error_inside: 1 },
+        a: { psnr_bbox: 20, error_inside: 1, seam_length: 5 },
         "b-*": { cases: 2, cover: 0.5 },
         absent: { cover: 1 },
       },
     },
   };
-  const empty = {
-    mode: "paper",
-    ssim_bbox: null,
-    psnr_mask: null,
-    ssim_mask: null,
-    matches: 1,
-    inliers: 1,
-  };
   /** @type {(name: string, psnr_bbox: number | null, error: number, cover: number) => import("../../dist/eval/evaluate.js").Row} */
   const row = (name, psnr_bbox, error, cover) => ({
-    ...empty,
+    ...UNMEASURED,
     case: name,
+    mode: "paper",
     psnr_bbox,
     cover,
     error_inside: [error, 99],
-    error_outside: null,
+    seam_length: 4 * error,
     ms: {},
     warnings: [],
   });
   const check = (/** @type {import("../../dist/eval/evaluate.js").Row[]} */ rows) =>
-    checkFloors(floors, "paper", rows, means(rows));
+    checkFloors(floors, "paper", rows, means(rows), new Set(["overlap"]));
 
   const fine = check([row("a", 19.95, 1.15, 0), row("b-1", 1, 1, 0.4), row("b-2", 1, 1, 0.6)]);
   assert.deepEqual(fine, { checked: 2, short: [] });
@@ -313,7 +309,16 @@ test("floors: what falls short is named, tolerance included", async () => {
   assert.equal(short.short.length, 3);
   assert.equal(check([row("a", null, 1, 0)]).short.length, 1, "not measured is short");
   assert.equal(check([row("b-1", 1, 1, 0.4)]).checked, 0, "the mean of a part of a group");
-  assert.deepEqual(checkFloors(floors, "default", [], []), { checked: 0, short: [] });
+  assert.deepEqual(checkFloors(floors, "default", [], [], new Set()), { checked: 0, short: [] });
+
+  // What was not asked for is not compared; of what a person sees, less is better.
+  const row4 = [row("a", 0, 1, 0)];
+  const look = checkFloors(floors, "paper", row4, means(row4), new Set(["look"]));
+  assert.deepEqual(look, { checked: 1, short: [] });
+  const row8 = [row("a", 0, 2, 0)];
+  const longer = checkFloors(floors, "paper", row8, means(row8), new Set(["look"]));
+  assert.equal(longer.checked, 1);
+  assert.match(longer.short.join(), /^paper a: seam_length 8.000, ceiling 5 \(tolerance 0.5\)$/);
 
   for (const mode of Object.keys((await readFloors()).modes)) assert.ok(MODES.has(mode), mode);
 });

@@ -5,6 +5,8 @@ mod fit;
 mod samples;
 mod tone;
 
+pub(crate) use tone::linear_light;
+
 use super::canvas::Placed;
 use super::span::Span;
 use super::{Exposure, check_canvas};
@@ -41,7 +43,7 @@ pub(super) fn adjust(
     if exposure == Exposure::Off {
         return Ok([1.0; 3]);
     }
-    let linear = tone::linear();
+    let linear = tone::linear_light();
     let samples = samples::collect(image, reference, &linear, &mut span.part(0.0, 0.5))?;
     let Some(response) = fit::fit(&samples, (image.width, image.height), exposure == Exposure::Field)? else {
         return Ok([1.0; 3]);

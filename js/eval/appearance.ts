@@ -1,0 +1,73 @@
+import { core } from "../core.js";
+import type { ImageInput, Mask, StitchResult } from "../index.js";
+import { compiler } from "../load.js";
+import type { Values } from "./measures.js";
+
+const compile = compiler(new URL("../wasm/depthstitch_bg.wasm", import.meta.url));
+
+type Look = Pick<
+  Values,
+  | "border_voids"
+  | "overlap_voids"
+  | "seam_on_border"
+  | "seam_length"
+  | "visible_steps"
+  | "broken_inside"
+  | "broken_across"
+  | "broken_outside"
+  | "bending"
+>;
+
+/** What a person sees of a mosaic. `result` needs the inverse depth that the target was warped with, if there is parallax. */
+export async function appearance(
+  target: ImageInput,
+  reference: ImageInput,
+  result: StitchResult,
+): Promise<Look> {
+  await core.start(await compile());
+  const seen = core.call((raw) => raw.appearance(target, reference, result));
+  return {
+    border_voids: seen.borderVoids,
+    overlap_voids: seen.overlapVoids,
+    seam_on_border: seen.seamOnBorder,
+    seam_length: seen.seamLength,
+    visible_steps: seen.visibleSteps,
+    broken_inside: seen.brokenInside,
+    broken_across: seen.brokenAcross,
+    broken_outside: seen.brokenOutside,
+    bending: seen.bending,
+  };
+}
+
+/** A picture on a canvas, and where the reference lies there. */
+export interface Placed {
+  readonly mosaic: Pick<ImageInput, "data" | "width" | "height">;
+  readonly offset: { readonly x: number; readonly y: number };
+}
+
+/** How different two mosaics are where the reference does not show: 1 less intersection over union; 0 if neither shows. */
+export function instability(
+  a: Placed,
+  b: Placed,
+  reference: Pick<Mask, "width" | "height">,
+): number {
+  const shown = ({ mosaic, offset }: Placed, x: number, y: number): boolean => {
+    const [column, row] = [x + offset.x, y + offset.y];
+    const inside = column >= 0 && row >= 0 && column < mosaic.width && row < mosaic.height;
+    return inside && mosaic.data[4 * (row * mosaic.width + column) + 3] !== 0;
+  };
+  const left = Math.min(-a.offset.x, -b.offset.x);
+  const top = Math.min(-a.offset.y, -b.offset.y);
+  const right = Math.max(a.mosaic.width - a.offset.x, b.mosaic.width - b.offset.x);
+  const bottom = Math.max(a.mosaic.height - a.offset.y, b.mosaic.height - b.offset.y);
+  let [both, either] = [0, 0];
+  for (let y = top; y < bottom; y++) {
+    for (let x = left; x < right; x++) {
+      if (x >= 0 && y >= 0 && x < reference.width && y < reference.height) continue;
+      const [inA, inB] = [shown(a, x, y), shown(b, x, y)];
+      both += inA && inB ? 1 : 0;
+      either += inA || inB ? 1 : 0;
+    }
+  }
+  return either === 0 ? 0 : 1 - both / either;
+}

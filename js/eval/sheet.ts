@@ -1,0 +1,102 @@
+import type { Case } from "../cases/case.js";
+import type { ImageInput, ImageOutput, StitchResult } from "../index.js";
+import { colours, resample } from "../models/resample.js";
+import type { Row } from "./evaluate.js";
+import { LETTER, letter, wrapped } from "./lettering.js";
+import { MEASURES, MEASURE_NAMES } from "./measures.js";
+
+/** Largest size of a picture on the sheet, and the gap around it. */
+const CELL = { width: 640, height: 440 } as const;
+const GAP = 10;
+const PAPER = 255;
+const INK = 0;
+/** What is transparent. */
+const VOID = 96;
+/** Measures of these names are written below a mosaic besides those that were asked for. */
+const ALWAYS: ReadonlySet<string> = new Set(["psnr_mask", "cover"]);
+
+interface Cell {
+  readonly picture: ImageInput;
+  readonly label: readonly string[];
+}
+
+/** A picture sheet: a line of target, reference and the mosaic of every mode for each case. */
+export class Sheet {
+  readonly #lines = new Map<string, Cell[]>();
+
+  /** Appends a mosaic to the line of its case. */
+  add(
+    row: Row,
+    { target, reference }: Pick<Case, "target" | "reference">,
+    { mosaic }: Pick<StitchResult, "mosaic">,
+  ): void {
+    const line = this.#lines.get(row.case) ?? [
+      { picture: shrunk(target), label: [row.case, "target"] },
+      { picture: shrunk(reference), label: ["reference"] },
+    ];
+    line.push({ picture: shrunk(mosaic), label: [row.mode, ...figures(row)] });
+    this.#lines.set(row.case, line);
+  }
+
+  draw(): ImageOutput {
+    const most = Math.floor(CELL.width / LETTER.width);
+    const lines = [...this.#lines.values()].map((line) =>
+      line.map(({ picture, label }) => ({ picture, text: wrapped(label, most) })),
+    );
+    const columns = Math.max(1, ...lines.map((line) => line.length));
+    const heights = lines.map((line) =>
+      Math.max(
+        ...line.map(({ picture, text }) => picture.height + 2 * GAP + text.length * LETTER.height),
+      ),
+    );
+    const width = columns * (CELL.width + GAP) + GAP;
+    const height = GAP + heights.reduce((sum, height) => sum + height, 0);
+    const data = new Uint8ClampedArray(4 * width * height).fill(PAPER);
+    let top = GAP;
+    lines.forEach((line, i) => {
+      line.forEach(({ picture, text }, k) => {
+        const left = GAP + k * (CELL.width + GAP);
+        for (let y = 0; y < picture.height; y++) {
+          const from = 4 * y * picture.width;
+          const row = picture.data.subarray(from, from + 4 * picture.width);
+          data.set(row, 4 * ((top + y) * width + left));
+        }
+        text.forEach((words, n) => {
+          letter(words, left, top + picture.height + GAP / 2 + n * LETTER.height, (x, y) => {
+            data.fill(INK, 4 * (y * width + x), 4 * (y * width + x) + 3);
+          });
+        });
+      });
+      top += heights[i] ?? 0;
+    });
+    return { data, width, height };
+  }
+}
+
+/** The measures of a row that there are, for people. */
+function figures(row: Row): string[] {
+  return MEASURE_NAMES.flatMap((name) => {
+    const { group, headings, digits } = MEASURES[name];
+    if (group === "overlap" && !ALWAYS.has(name)) return [];
+    const value = row[name];
+    const numbers = typeof value === "object" ? (value ?? []) : [value];
+    return numbers.map((number, i) => `${headings[i] ?? name} ${number.toFixed(digits)}`);
+  });
+}
+
+/** The picture in at most the size of a cell, transparent parts grey. */
+function shrunk(picture: ImageInput): ImageInput {
+  const opaque = { ...picture, data: Uint8ClampedArray.from(picture.data) };
+  for (let i = 0; i < opaque.data.length; i += 4) {
+    if (opaque.data[i + 3] === 0) opaque.data.fill(VOID, i, i + 3);
+  }
+  const scale = Math.max(1, picture.width / CELL.width, picture.height / CELL.height);
+  const side = (length: number): number => Math.max(1, Math.round(length / scale));
+  const [width, height] = [side(picture.width), side(picture.height)];
+  const planes = resample(colours(opaque), width, height);
+  const data = new Uint8ClampedArray(4 * width * height).fill(255);
+  for (let i = 0; i < data.length; i++) {
+    if (i % 4 < 3) data[i] = planes[(i % 4) * width * height + (i >> 2)] ?? 0;
+  }
+  return { data, width, height };
+}

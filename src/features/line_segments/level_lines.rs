@@ -1,0 +1,127 @@
+//! The level lines of a smoothed and reduced photo (sections 2.1 to 2.3 of the paper).
+
+use super::LineSegmentOptions;
+use crate::features::luma::{Luma, luma};
+use crate::image::{reserve, zeroed};
+use crate::{ImageView, Result};
+
+/// Bins of the pseudo-ordering by gradient.
+const BINS: usize = 1024;
+
+/// At every pixel the direction of the level line and how steep the grey levels are across it.
+pub(super) struct LevelLines {
+    pub width: usize,
+    pub height: usize,
+    /// Unit vectors, the gradient turned by a quarter; zero where the gradient is too weak to have a direction.
+    pub directions: Vec<[f32; 2]>,
+    /// Magnitude of the gradient in grey levels per pixel; 0 where it is too weak.
+    pub magnitudes: Vec<f32>,
+}
+
+impl LevelLines {
+    /// Of the reduced photo; gradients up to `weak` have no direction.
+    pub fn new(image: ImageView<'_>, options: &LineSegmentOptions, weak: f64) -> Result<Self> {
+        let grey = luma(image, (image.width(), image.height()))?;
+        let Luma { data, width, height } = reduce(&grey, options.scale, options.sigma_scale)?;
+        drop(grey);
+        let (mut directions, mut magnitudes) = (zeroed::<[f32; 2]>(width * height)?, zeroed::<f32>(width * height)?);
+        let weak = weak as f32;
+        for y in 1..height {
+            let (above, below) = (&data[(y - 1) * width..][..width], &data[y * width..][..width]);
+            let start = (y - 1) * width;
+            let out = directions[start..].iter_mut().zip(&mut magnitudes[start..]);
+            for ((a, b), (direction, magnitude)) in above.windows(2).zip(below.windows(2)).zip(out) {
+                let (falling, rising) = (b[1] - a[0], a[1] - b[0]);
+                let [x, y] = [0.5 * (falling + rising), 0.5 * (falling - rising)];
+                let norm = (x * x + y * y).sqrt();
+                if norm > weak {
+                    (*direction, *magnitude) = ([-y / norm, x / norm], norm);
+                }
+            }
+        }
+        Ok(Self { width, height, directions, magnitudes })
+    }
+
+    /// Pixels with a direction, steepest first (in bins, as a full order changes nothing).
+    pub fn by_strength(&self) -> Result<Vec<usize>> {
+        let most = self.magnitudes.iter().fold(0.0, |most: f32, &m| most.max(m));
+        let bin = |magnitude: f32| BINS - 1 - ((magnitude / most * BINS as f32) as usize).min(BINS - 1);
+        let defined = || self.magnitudes.iter().enumerate().filter(|&(_, &magnitude)| magnitude > 0.0);
+        let mut starts = [0; BINS + 1];
+        for (_, &magnitude) in defined() {
+            starts[bin(magnitude) + 1] += 1;
+        }
+        for i in 1..=BINS {
+            starts[i] += starts[i - 1];
+        }
+        let mut order: Vec<usize> = zeroed(starts[BINS])?;
+        for (i, &magnitude) in defined() {
+            let next = &mut starts[bin(magnitude)];
+            order[*next] = i;
+            *next += 1;
+        }
+        Ok(order)
+    }
+}
+
+/// The picture at `scale` of its size, smoothed by a Gaussian of `sigma` pixels of the result. Sides are rounded up.
+fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
+    let reduced = |side: usize| ((side as f64 * scale).ceil() as usize).max(1);
+    let (width, height) = (reduced(grey.width), reduced(grey.height));
+    let sigma = sigma / scale;
+    // Beyond, the Gaussian is below a thousandth.
+    let radius = (3.717 * sigma).ceil() as usize;
+    let columns = Taps::all(width, grey.width, scale, sigma, radius)?;
+    let rows = Taps::all(height, grey.height, scale, sigma, radius)?;
+    let mut data = Vec::new();
+    reserve(&mut data, width * height)?;
+    // One smoothed row, its end values repeated on either side.
+    let mut line: Vec<f32> = zeroed(grey.width + 2 * radius)?;
+    for row in &rows {
+        line.fill(0.0);
+        let inner = &mut line[radius..radius + grey.width];
+        for (weight, y) in row.weights.iter().zip(row.first..) {
+            let y = y.saturating_sub(radius).min(grey.height - 1);
+            for (sum, value) in inner.iter_mut().zip(&grey.data[y * grey.width..]) {
+                *sum += weight * value;
+            }
+        }
+        let (left, right) = (inner[0], inner[grey.width - 1]);
+        line[..radius].fill(left);
+        line[radius + grey.width..].fill(right);
+        data.extend(
+            columns
+                .iter()
+                .map(|c| c.weights.iter().zip(&line[c.first..]).map(|(weight, value)| weight * value).sum::<f32>()),
+        );
+    }
+    Ok(Luma { data, width, height })
+}
+
+/// The weights of one value of the reduced picture.
+struct Taps {
+    /// Index of the first value, `radius` more than in the picture.
+    first: usize,
+    weights: Vec<f32>,
+}
+
+impl Taps {
+    fn all(reduced: usize, full: usize, scale: f64, sigma: f64, radius: usize) -> Result<Vec<Self>> {
+        let mut all = Vec::new();
+        reserve(&mut all, reduced)?;
+        for i in 0..reduced {
+            let centre = ((i as f64 + 0.5) / scale - 0.5).max(0.0).min((full - 1) as f64);
+            let first = (centre + 0.5) as usize;
+            let mut weights = Vec::new();
+            reserve(&mut weights, 2 * radius + 1)?;
+            weights.extend((0..=2 * radius).map(|k| {
+                let from = ((first + k) as f64 - radius as f64 - centre) / sigma;
+                libm::exp(-0.5 * from * from) as f32
+            }));
+            let sum: f32 = weights.iter().sum();
+            weights.iter_mut().for_each(|weight| *weight /= sum);
+            all.push(Self { first, weights });
+        }
+        Ok(all)
+    }
+}
