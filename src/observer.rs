@@ -22,3 +22,27 @@ impl Observer for () {}
 pub fn report(observer: &mut dyn Observer, stage: Stage, fraction: f32) -> Result<()> {
     if observer.progress(stage, fraction) { Ok(()) } else { Err(Error::Aborted.into()) }
 }
+
+/// A stage made of several steps: each step reports 0 to 1, and the observer hears one fraction that only grows.
+pub struct Portion<'a> {
+    observer: &'a mut dyn Observer,
+    from: f32,
+    to: f32,
+}
+
+impl<'a> Portion<'a> {
+    /// The step that takes a stage from one fraction to another.
+    pub fn new(observer: &'a mut dyn Observer, from: f32, to: f32) -> Self {
+        Self { observer, from, to }
+    }
+}
+
+impl Observer for Portion<'_> {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        self.observer.progress(stage, self.from + (self.to - self.from) * fraction)
+    }
+
+    fn now(&mut self) -> f64 {
+        self.observer.now()
+    }
+}

@@ -1,0 +1,199 @@
+//! The first half of the pipeline: features → geometry → depth.
+
+use std::borrow::Cow;
+
+use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
+use super::models::{fit_models, if_possible};
+use super::options::Options;
+use super::timer::StageTimer;
+use crate::depth::{RefineOptions, continue_outside, refine};
+use crate::geometry::{Estimate, Match, Model, ModelKind};
+use crate::observer::Observer;
+use crate::statistics::nth;
+use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
+
+/// Both models and both inverse-depth maps: what rendering needs besides the photos.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment<'a> {
+    /// The matches that were found; `None` when they were given.
+    pub matches: Option<Vec<Match>>,
+    /// Both models, and how they were found.
+    pub geometry: Estimate,
+    /// Of target and reference; `None` with a homography, in which depth plays no part.
+    pub depth: [Option<Cow<'a, InverseDepth>>; 2],
+    /// Reference pixels whose depth the refinement found reliable; `None` without refinement.
+    pub reliable: Option<Mask>,
+    /// With depth from the matches themselves, how far it misses matches left out of it: see
+    /// [`TwoView`](crate::depth::TwoView).
+    pub(super) prediction_error: Option<[f64; 2]>,
+}
+
+/// Finds the models and the inverse-depth maps that go with them; without `matches`, features of both photos are
+/// detected and matched.
+///
+/// A depth map that does not fit the matches is ignored, with a warning, unless
+/// [`WithoutDepth::Homography`](super::WithoutDepth::Homography) is asked for.
+///
+/// # Errors
+/// `too-large` when more than [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes) would be needed, and those of
+/// the stages: see [`detect`](crate::features::detect), [`match_features`](crate::features::match_features),
+/// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`].
+pub fn align<'a>(
+    matches: Option<&[Match]>,
+    target: View<'a>,
+    reference: View<'a>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Alignment<'a>> {
+    let mut timer = StageTimer::start(observer);
+    align_timed(matches, [target, reference], options, observer, &mut timer)
+}
+
+pub(super) fn align_timed<'a>(
+    given: Option<&[Match]>,
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<Alignment<'a>> {
+    let mut alignment = match given {
+        Some(matches) => {
+            let alignment = fit_models(matches, views, options, observer)?;
+            timer.end(alignment.stage(), observer);
+            alignment
+        }
+        None => align_by_features(views, options, observer, timer)?,
+    };
+    if let Some(options) = &options.refine {
+        alignment.refine_depth(given, views, options, observer)?;
+        timer.end(Stage::Refine, observer);
+    }
+    Ok(alignment)
+}
+
+/// Models and maps from matches of our own.
+fn align_by_features<'a>(
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<Alignment<'a>> {
+    let features = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
+    timer.end(Stage::Detect, observer);
+    let found = match_pair(features, &options.features.matching, observer)?;
+    timer.end(Stage::Match, observer);
+    let first = fit_models(&found.matches, views, options, observer)?;
+    timer.end(first.stage(), observer);
+    if options.features.guided
+        && let Some(second) = align_guided(&found, &first, views, options, observer, timer)?
+    {
+        return Ok(second);
+    }
+    Ok(Alignment { matches: Some(found.matches), ..first })
+}
+
+/// Matches again along the epipolar lines of `first`, and fits again; `None` unless that explains these matches better.
+fn align_guided<'a>(
+    found: &MatchedFeatures,
+    first: &Alignment<'a>,
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<Option<Alignment<'a>>> {
+    let matches = match_along_epipolar_lines(found, first, &options.features.matching, observer)?;
+    timer.end(Stage::Match, observer);
+    let second = if_possible(fit_models(&matches, views, options, observer))?;
+    timer.end(second.as_ref().unwrap_or(first).stage(), observer);
+    let threshold = first.geometry.threshold;
+    let better = second.filter(|second| second.robust_cost(&matches, threshold) < first.robust_cost(&matches, threshold));
+    Ok(better.map(|second| Alignment { matches: Some(matches), ..second }))
+}
+
+impl Alignment<'_> {
+    /// The views with the depth maps of this alignment.
+    pub fn views<'b>(&'b self, target: View<'b>, reference: View<'b>) -> [View<'b>; 2] {
+        let view = |view: View<'b>, side: usize| View { depth: self.depth[side].as_deref(), ..view };
+        [view(target, 0), view(reference, 1)]
+    }
+
+    /// The void distance to warp this alignment with, as a share of the diagonal of `target`. Depth from the photos alone
+    /// is soon wrong where no match supports it: then it is four times its prediction error, but at least half of `most`.
+    #[must_use]
+    pub fn void_distance(&self, target: ImageView<'_>, most: f64) -> f64 {
+        let [w, h] = [target.width(), target.height()].map(|side| side as f64);
+        self.prediction_error.map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
+    }
+
+    /// The name of the stage that fitted the models.
+    fn stage(&self) -> Stage {
+        if self.geometry.kind == ModelKind::TwoView { Stage::Depth } else { Stage::Estimate }
+    }
+
+    /// Refines both depth maps along the epipolar lines; a homography has none.
+    fn refine_depth(
+        &mut self,
+        given: Option<&[Match]>,
+        [target, reference]: [View<'_>; 2],
+        options: &RefineOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let Estimate { forward, reverse, kind, .. } = self.geometry;
+        if kind == ModelKind::Homography {
+            return Ok(());
+        }
+        let matches = given.or(self.matches.as_deref()).unwrap_or_default();
+        let error = self.prediction_error.unwrap_or_else(|| self.inlier_error(matches));
+        let options = &RefineOptions { guess: kind == ModelKind::TwoView, ..*options };
+        let [target, reference] = self.views(target, reference);
+        let refined = refine(target, reference, &forward, &reverse, error, options, observer)?;
+        let sizes = [target, reference].map(|view| (view.image.width(), view.image.height()));
+        let [reliable_target, reliable_reference] = refined.trusted;
+        let mut maps = [refined.target, refined.reference];
+        if kind == ModelKind::TwoView {
+            // Two photos say nothing about the depth of what only one of them shows.
+            maps[0] = continue_outside(&maps[0], &forward, sizes[1], Some(&reliable_target), observer)?;
+            maps[1] = continue_outside(&maps[1], &reverse, sizes[0], Some(&reliable_reference), observer)?;
+        }
+        self.depth = maps.map(|map| Some(Cow::Owned(map)));
+        self.reliable = Some(reliable_reference);
+        Ok(())
+    }
+
+    /// Σ min(r²/t², 1) over the matches, t the threshold in pixels. r is the forward transfer error; with depth from the
+    /// matches themselves, the distance from the epipolar line.
+    fn robust_cost(&self, matches: &[Match], threshold: f64) -> f64 {
+        let Estimate { forward, kind, .. } = &self.geometry;
+        let cost = |m: &Match| {
+            let error = if *kind == ModelKind::TwoView {
+                forward.epipolar_distance(m.target, m.reference)
+            } else {
+                self.transfer_error(0, m)
+            };
+            error.map_or(1.0, |error| (error * error / (threshold * threshold)).min(1.0))
+        };
+        matches.iter().map(cost).sum()
+    }
+
+    /// Distance in pixels of a match's point from where model and depth of the other photo, `side` (0 the target, 1 the
+    /// reference), project it. `None` behind the camera.
+    pub(super) fn transfer_error(&self, side: usize, m: &Match) -> Option<f64> {
+        let ends = [m.target, m.reference];
+        let model: &Model = [&self.geometry.forward, &self.geometry.reverse][side];
+        let ([x, y], [u, v]) = (ends[side], ends[1 - side]);
+        let d = self.depth[side].as_ref().map_or(0.0, |map| map.sample(x, y));
+        let [a, b] = model.project(x, y, d)?;
+        Some(((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
+    }
+
+    /// The 90th percentile of the inliers' transfer errors in pixels, forward and reverse.
+    pub(super) fn inlier_error(&self, matches: &[Match]) -> [f64; 2] {
+        [0, 1].map(|side| {
+            let inliers = matches.iter().zip(&self.geometry.inliers).filter(|(_, inlier)| **inlier);
+            let errors = inliers.filter_map(|(m, _)| self.transfer_error(side, m)).filter(|error| !error.is_nan());
+            let errors: Vec<f64> = errors.collect();
+            let rank = errors.len() * 9 / 10;
+            nth(errors, rank).unwrap_or(0.0)
+        })
+    }
+}

@@ -1,0 +1,104 @@
+//! Matches of our own, when the caller has none.
+
+use super::align::Alignment;
+use crate::features::{
+    DetectOptions, Features, Guide, MatchOptions, Pair, detect, match_features, match_guided, matches_of,
+};
+use crate::geometry::Match;
+use crate::observer::{Observer, Portion};
+use crate::{ImageView, Result};
+
+/// Options of feature detection and matching.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeatureOptions {
+    /// Keypoints and their descriptors.
+    pub detect: DetectOptions,
+    /// Descriptor matching.
+    pub matching: MatchOptions,
+    /// Whether to match once more along the epipolar lines, once the geometry is known.
+    pub guided: bool,
+}
+
+impl Default for FeatureOptions {
+    fn default() -> Self {
+        Self { detect: Default::default(), matching: Default::default(), guided: true }
+    }
+}
+
+/// The features of both photos, and which of them correspond.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchedFeatures {
+    /// Of target and reference.
+    pub features: [Features; 2],
+    /// Indices into them.
+    pub pairs: Vec<Pair>,
+    /// The same pairs by position, in pixels of the photos.
+    pub matches: Vec<Match>,
+}
+
+/// Detects the features of target and reference.
+///
+/// # Errors
+/// Those of [`detect`].
+pub fn detect_pair(
+    [target, reference]: [ImageView<'_>; 2],
+    options: &DetectOptions,
+    observer: &mut dyn Observer,
+) -> Result<[Features; 2]> {
+    // One stage, two photos: the second one starts where the first one ended.
+    let share = target.pixels().len() as f32 / (target.pixels().len() + reference.pixels().len()) as f32;
+    let target = detect(target, options, &mut Portion::new(observer, 0.0, share))?;
+    let reference = detect(reference, options, &mut Portion::new(observer, share, 1.0))?;
+    Ok([target, reference])
+}
+
+/// Matches the features of target and reference by their descriptors.
+///
+/// # Errors
+/// Those of [`match_features`].
+pub fn match_pair(
+    features: [Features; 2],
+    options: &MatchOptions,
+    observer: &mut dyn Observer,
+) -> Result<MatchedFeatures> {
+    let [target, reference] = &features;
+    let pairs = match_features(target, reference, options, observer)?;
+    let matches = matches_of(target, reference, &pairs);
+    Ok(MatchedFeatures { features, pairs, matches })
+}
+
+/// The ratio test of guided matching: a search band along the epipolar line holds few other features to confuse one with.
+const GUIDED_RATIO: f64 = 0.9;
+
+/// Matches again, along the epipolar lines of `alignment`. A pair of the first matching stays unless guided matching
+/// assigned one of its features to another.
+///
+/// # Errors
+/// Those of [`match_guided`].
+pub(super) fn match_along_epipolar_lines(
+    first: &MatchedFeatures,
+    alignment: &Alignment<'_>,
+    options: &MatchOptions,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Match>> {
+    let [target, reference] = &first.features;
+    let [error, _] = alignment.prediction_error(&first.matches);
+    let threshold = alignment.geometry.threshold;
+    let guide = Guide {
+        forward: &alignment.geometry.forward,
+        depth: alignment.depth[0].as_deref(),
+        range: [0.0; 2],
+        band: threshold,
+        reach: threshold + 2.0 * error,
+    };
+    let options = MatchOptions { ratio: options.ratio.max(GUIDED_RATIO), ..options.clone() };
+    let mut pairs = match_guided(target, reference, &guide, &options, observer)?;
+    let mut matched = [vec![false; target.keypoints.len()], vec![false; reference.keypoints.len()]];
+    for pair in &pairs {
+        matched[0][pair.target as usize] = true;
+        matched[1][pair.reference as usize] = true;
+    }
+    let free = |pair: &&Pair| !matched[0][pair.target as usize] && !matched[1][pair.reference as usize];
+    pairs.extend(first.pairs.iter().filter(free));
+    Ok(matches_of(target, reference, &pairs))
+}

@@ -1,0 +1,232 @@
+//! How much memory a job takes: bytes per pixel of every stage. The peak is that of the largest one.
+//!
+//! The numbers follow from the buffers that a stage holds at its worst moment; `tests/memory.rs` and `npm run bench`
+//! compare them with what is really taken. What depends on the photos' contents (keypoints, seam, voids) is as in a typical
+//! pair, so that the prediction is right to about a fifth.
+
+use super::options::{Options, WithoutDepth};
+use crate::features::reduced;
+use crate::mosaic::{Blending, FillMethod};
+use crate::warp::WarpMode;
+use crate::{Error, Result, Stage};
+
+/// Width and height in pixels.
+type Size = (usize, usize);
+
+/// What the pipeline is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Job {
+    /// Sizes of target and reference.
+    pub photos: [Size; 2],
+    /// Whether target and reference have depth maps.
+    pub depth: [bool; 2],
+    /// Whether matches are given.
+    pub matches: bool,
+}
+
+/// A number of pixels, or of bytes: far beyond any memory they saturate.
+fn pixels((width, height): Size) -> u64 {
+    (width as u64).saturating_mul(height as u64)
+}
+
+/// What is there before any stage: code, static data and stack of the wasm module.
+const MODULE: u64 = 1_200_000;
+/// An RGBA photo, and a map of `f32`.
+const RGBA: u64 = 4;
+const MAP: u64 = 4;
+const MASK: u64 = 1;
+
+/// Descriptor and keypoint.
+const FEATURE: u64 = 128 + 20;
+/// Pixels per feature in a photo with texture, and most features of such a photo.
+const PIXELS_PER_FEATURE: u64 = 50;
+const FEATURES: u64 = 6000;
+/// Levels of all octaves: 2¼ planes of floats each, together 4/3 of the first.
+const SCALE_SPACE: u64 = 12;
+/// Rows of levels and of their differences that an octave is working on.
+const SCALE_SPACE_ROWS: u64 = 440;
+
+/// Refinement holds grey levels, shifts, marks and depth of both photos when it extrapolates the corrections of one by a
+/// pyramid of 17 bytes per pixel; while costs are aggregated it has less of that, and bands of rows.
+const REFINE: u64 = 49;
+const AGGREGATE: u64 = 20;
+const AGGREGATE_ROWS: u64 = 144 * 16 + 128 * 32 + 7 * 15;
+/// Photos of more pixels are refined at half their size.
+const REFINE_FULL_SIZE: u64 = 6_000_000;
+
+/// Vertices in fixed point.
+const VERTEX: u64 = 8;
+/// Colour, footprint.
+const CANVAS: u64 = RGBA + MASK;
+/// Mosaic, seam, voids.
+const MOSAIC: u64 = RGBA + 2 * MASK;
+/// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
+const BANDS: f64 = 32.0 / 3.0;
+/// Smooth filling numbers the pixels of its window.
+const SMOOTH_FILL: u64 = 5;
+/// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas.
+const EXEMPLAR_FILL: u64 = 8;
+
+/// The predicted peaks of one job.
+#[derive(Debug, Clone, Copy)]
+pub struct Memory<'a> {
+    job: Job,
+    options: &'a Options,
+}
+
+impl<'a> Memory<'a> {
+    /// Of a job.
+    pub fn of(job: Job, options: &'a Options) -> Self {
+        Self { job, options }
+    }
+
+    /// The stage that takes most, and its bytes, with a canvas of this size; (0, 0) for [`align`](super::align) alone.
+    pub fn peak(&self, canvas: Size) -> (Stage, u64) {
+        let held = MODULE.saturating_add(self.inputs());
+        let stages = [
+            (Stage::Detect, self.detection()),
+            (Stage::Refine, self.refinement()),
+            (Stage::Warp, self.warp(pixels(canvas))),
+            (Stage::Blend, self.blend(pixels(canvas))),
+            (Stage::Fill, self.fill(pixels(canvas))),
+        ];
+        let (stage, bytes) = stages.into_iter().fold((Stage::Input, 0), |a, b| if b.1 > a.1 { b } else { a });
+        (stage, bytes.saturating_add(held))
+    }
+
+    /// Refuses the job when it would take more than [`max_bytes`](crate::warp::WarpOptions::max_bytes) with this canvas.
+    /// Before the canvas is known, pass the reference's size: it is never smaller.
+    ///
+    /// # Errors
+    /// `too-large`, for the largest of canvas and photos.
+    pub fn check(&self, canvas: Size) -> Result<()> {
+        let [target, reference] = self.job.photos;
+        let largest = [target, reference].into_iter().fold(canvas, |a, b| if pixels(b) > pixels(a) { b } else { a });
+        refuse_above(self.options.warp.max_bytes, self.peak(canvas).1, largest)
+    }
+
+    fn photos(&self) -> [u64; 2] {
+        self.job.photos.map(pixels)
+    }
+
+    fn both(&self) -> u64 {
+        let [target, reference] = self.photos();
+        target.saturating_add(reference)
+    }
+
+    /// Photos and depth maps as they are given.
+    fn inputs(&self) -> u64 {
+        let maps = self.photos().into_iter().zip(self.job.depth).filter(|(_, given)| *given).map(|(pixels, _)| pixels);
+        maps.fold(0, u64::saturating_add).saturating_mul(MAP).saturating_add(self.both().saturating_mul(RGBA))
+    }
+
+    /// Whether depth plays a part, and whether it comes from the photos alone.
+    fn parallax(&self) -> (bool, bool) {
+        let two_view = self.options.without_depth == WithoutDepth::TwoView;
+        let none = self.job.depth == [false; 2];
+        (two_view || self.job.depth == [true; 2], two_view && none)
+    }
+
+    /// Maps and masks that the pipeline itself holds from the depth stage on.
+    fn maps(&self) -> u64 {
+        let [target, reference] = self.photos();
+        match self.parallax() {
+            (false, _) => 0,
+            _ if self.options.refine.is_some() => {
+                self.both().saturating_mul(MAP).saturating_add(reference.saturating_mul(MASK))
+            }
+            (_, true) => self.both().saturating_mul(MAP),
+            _ => [target, reference].into_iter().zip(self.job.depth).filter(|(_, given)| !given).map(|(n, _)| MAP * n).sum(),
+        }
+    }
+
+    fn detection(&self) -> u64 {
+        if self.job.matches {
+            return 0;
+        }
+        let options = &self.options.features.detect;
+        let grow: u64 = if options.upsample { 2 } else { 1 };
+        let of = |size: Size| {
+            let (width, height) = reduced(size, options.max_size);
+            let plane = pixels((width, height)).saturating_mul(grow * grow);
+            let features = (pixels((width, height)) / PIXELS_PER_FEATURE).min(FEATURES) * FEATURE;
+            let rows = SCALE_SPACE_ROWS * 4 * grow * width as u64;
+            [plane.saturating_mul(SCALE_SPACE).saturating_add(rows), features]
+        };
+        let [[first, kept], [second, own]] = self.job.photos.map(of);
+        first.max(second.saturating_add(kept)).saturating_add(own)
+    }
+
+    fn refinement(&self) -> u64 {
+        let (parallax, two_view) = self.parallax();
+        if self.options.refine.is_none() || !parallax {
+            return self.maps();
+        }
+        let priors = if two_view { self.both().saturating_mul(MAP) } else { 0 };
+        let [target, reference] = self.job.photos;
+        let larger = pixels(target).max(pixels(reference));
+        let width = target.0.max(reference.0) as u64;
+        let search = |pixels: u64, width: u64| {
+            REFINE.saturating_mul(pixels).max(AGGREGATE.saturating_mul(pixels).saturating_add(AGGREGATE_ROWS * width))
+        };
+        if larger <= REFINE_FULL_SIZE {
+            return priors.saturating_add(search(larger, width));
+        }
+        let results = self.both().saturating_mul(MAP + 2 * MASK);
+        priors.saturating_add(search(larger / 4, width / 2)).saturating_add(results)
+    }
+
+    /// The warped target, while something else is made of it.
+    fn warped(&self, canvas: u64) -> u64 {
+        let exemplar = self.options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
+        let depth = if self.parallax().0 && self.options.warp.depth && exemplar { MAP } else { 0 };
+        self.maps().saturating_add(canvas.saturating_mul(CANVAS + depth))
+    }
+
+    fn warp(&self, canvas: u64) -> u64 {
+        let vertices = match self.options.warp.grid {
+            (0, 0) => self.photos()[0],
+            (columns, rows) => (u64::from(columns) + 1) * (u64::from(rows) + 1),
+        };
+        let depth = if self.parallax().0 && self.options.warp.mode != WarpMode::Forward { MAP } else { 0 };
+        let made = vertices.saturating_mul(VERTEX).saturating_add(canvas.saturating_mul(CANVAS + depth));
+        self.maps().saturating_add(made)
+    }
+
+    fn blend(&self, canvas: u64) -> u64 {
+        let bands = match self.options.blend.blending {
+            Blending::Multiband => (BANDS * self.photos()[1].min(canvas) as f64) as u64,
+            _ => 0,
+        };
+        let own = canvas.saturating_mul(RGBA + MASK).saturating_add(bands.max(canvas * MASK));
+        self.warped(canvas).saturating_add(own)
+    }
+
+    fn fill(&self, canvas: u64) -> u64 {
+        let own = match self.options.fill.as_ref().map(|fill| fill.method) {
+            None => 0,
+            Some(FillMethod::Smooth) => SMOOTH_FILL,
+            Some(FillMethod::Exemplar) => EXEMPLAR_FILL + if self.parallax().0 { MAP } else { 0 },
+        };
+        self.warped(canvas).saturating_add(canvas.saturating_mul(MOSAIC + own))
+    }
+}
+
+/// Refuses photos and depth maps that alone would take more than `limit` bytes: for stages that are called alone.
+///
+/// # Errors
+/// `too-large`, for the larger photo.
+pub fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
+    let [target, reference] = photos;
+    let larger = if pixels(target) > pixels(reference) { target } else { reference };
+    let bytes = pixels(target).saturating_add(pixels(reference)).saturating_mul(RGBA + MAP);
+    refuse_above(limit, bytes, larger)
+}
+
+fn refuse_above(limit: u64, bytes: u64, (width, height): Size) -> Result<()> {
+    if bytes > limit {
+        Err(Error::TooLarge { width: width as u64, height: height as u64, bytes, limit }.into())
+    } else {
+        Ok(())
+    }
+}

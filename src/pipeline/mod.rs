@@ -1,0 +1,162 @@
+//! From two photos to a mosaic (paper, algorithm 3): features → geometry → depth → warp → mosaic.
+//!
+//! [`stitch`] runs the whole pipeline and [`align`] its first half. Every stage is a function of its own and can be called
+//! alone:
+//!
+//! | stage | function |
+//! |---|---|
+//! | features | [`detect_pair`], [`match_pair`] |
+//! | geometry | [`estimate`](crate::geometry::estimate) |
+//! | depth | [`two_view`](crate::depth::two_view), [`derive_missing`](crate::depth::derive_missing), [`refine`](crate::depth::refine) |
+//! | warp | [`warp`] |
+//! | mosaic | [`blend`], [`fill`], [`crop`] |
+//! | measure | [`quality`] |
+
+mod align;
+mod features;
+mod memory;
+mod models;
+mod options;
+mod timer;
+
+use std::borrow::Cow;
+
+pub use align::{Alignment, align};
+pub use features::{FeatureOptions, MatchedFeatures, detect_pair, match_pair};
+pub use memory::{Job, Memory};
+pub use options::{Mode, Options, WithoutDepth};
+
+use crate::geometry::{Estimate, Match};
+use crate::metrics::{Quality, quality};
+use crate::mosaic::{FillMethod, Guide, Mosaic, Rect, blend, crop, fill};
+use crate::observer::{Observer, report};
+use crate::report::Warning;
+use crate::warp::{WarpOptions, Warped, warp};
+use crate::{InverseDepth, Result, Stage, View};
+use align::align_timed;
+use timer::StageTimer;
+
+/// Below this SSIM over the valid overlap the two photos hardly show the same thing.
+const POOR_SSIM: f64 = 0.35;
+/// Below this share of the reference the overlap says little about the alignment.
+const SMALL_COVERAGE: f64 = 0.05;
+
+/// Rectangles of the mosaic; `None` only where nothing is valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Crops {
+    /// The largest one without a transparent pixel.
+    pub inner: Option<Rect>,
+    /// The smallest one with everything.
+    pub bounds: Option<Rect>,
+}
+
+/// The result of [`stitch`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stitched {
+    /// The matches that were found; `None` when they were given.
+    pub matches: Option<Vec<Match>>,
+    /// Both models, and how they were found.
+    pub geometry: Estimate,
+    /// With [`Options::output_depth`] and parallax, the inverse depth of target and reference that was used.
+    pub depth: [Option<InverseDepth>; 2],
+    /// The target in the reference's view.
+    pub warped: Warped,
+    /// Both photos together, voids filled if asked for.
+    pub mosaic: Mosaic,
+    /// How the mosaic can be cropped.
+    pub crops: Crops,
+    /// Agreement over the overlap.
+    pub quality: Quality,
+    /// Reasons to doubt the result, those of the fit first.
+    pub warnings: Vec<Warning>,
+    /// Milliseconds per stage, by the observer's clock.
+    pub times: Vec<(Stage, f64)>,
+}
+
+/// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched.
+///
+/// # Errors
+/// Those of the stages: see [`align`], [`warp`], [`quality`], [`blend`] and [`fill`].
+pub fn stitch(
+    matches: Option<&[Match]>,
+    target: View<'_>,
+    reference: View<'_>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Stitched> {
+    let mut timer = StageTimer::start(observer);
+    let alignment = align_timed(matches, [target, reference], options, observer, &mut timer)?;
+    let warped = warp_aligned(&alignment, [target, reference], options, observer)?;
+    timer.end(Stage::Warp, observer);
+    report(observer, Stage::Measure, 0.0)?;
+    let quality = quality(&warped, reference.image)?;
+    timer.end(Stage::Measure, observer);
+    let mut mosaic = blend(&warped, reference.image, alignment.reliable.as_ref(), &options.blend, observer)?;
+    timer.end(Stage::Blend, observer);
+    let crops = fill_and_crop(&mut mosaic, &warped, &alignment, reference, options, observer)?;
+    timer.end(Stage::Fill, observer);
+
+    let warnings = warnings(&alignment.geometry, &warped, &quality);
+    let Alignment { geometry, depth, matches, .. } = alignment;
+    Ok(Stitched {
+        matches,
+        geometry,
+        depth: depth.map(|map| map.filter(|_| options.output_depth).map(Cow::into_owned)),
+        warped,
+        mosaic,
+        crops,
+        quality,
+        warnings,
+        times: timer.into_times(),
+    })
+}
+
+/// Renders the target by an alignment.
+fn warp_aligned(
+    alignment: &Alignment<'_>,
+    [target, reference]: [View<'_>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Warped> {
+    let [target, reference] = alignment.views(target, reference);
+    let Estimate { forward, reverse, .. } = &alignment.geometry;
+    let options = WarpOptions {
+        void_distance: alignment.void_distance(target.image, options.warp.void_distance),
+        // Of what follows only exemplar filling uses depth.
+        depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
+        ..options.warp.clone()
+    };
+    warp(target, reference, forward, reverse, &options, observer)
+}
+
+/// Fills the voids of the mosaic, if asked for, and finds its rectangles.
+fn fill_and_crop(
+    mosaic: &mut Mosaic,
+    warped: &Warped,
+    alignment: &Alignment<'_>,
+    reference: View<'_>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Crops> {
+    if let Some(options) = &options.fill {
+        let [_, reference] = alignment.views(reference, reference);
+        let guide = Guide::new(warped, &alignment.geometry.forward, reference)?;
+        fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
+    }
+    Ok(Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image)? })
+}
+
+/// The warnings of the fit, and those that the result itself gives rise to.
+fn warnings(geometry: &Estimate, warped: &Warped, quality: &Quality) -> Vec<Warning> {
+    let mut warnings = geometry.warnings.clone();
+    if warped.clipped {
+        warnings.push(Warning::CanvasClipped);
+    }
+    if quality.ssim_mask < POOR_SSIM {
+        warnings.push(Warning::PoorAlignment { ssim: quality.ssim_mask });
+    }
+    if quality.coverage < SMALL_COVERAGE {
+        warnings.push(Warning::SmallOverlap { coverage: quality.coverage });
+    }
+    warnings
+}

@@ -1,0 +1,171 @@
+//! The models of a set of matches, and the inverse-depth maps that go with them.
+
+use std::borrow::Cow;
+
+use super::align::Alignment;
+use super::options::{Options, WithoutDepth};
+use crate::depth::{derive_missing, two_view};
+use crate::features::track;
+use crate::geometry::{Estimate, Frame, Match, ModelKind, estimate};
+use crate::observer::{Observer, Portion};
+use crate::report::Warning;
+use crate::{Error, InverseDepth, Result, View};
+
+/// Of the inliers of one direction, the least share that must be inliers of the other direction as well.
+const CONSISTENT_SHARE: f64 = 0.5;
+/// Their threshold, as a multiple of the first direction's: the reverse model is fitted to inliers of the forward one.
+const REVERSE_TOLERANCE: f64 = 3.0;
+
+/// Fits the models to the matches: with the depth maps of the views where they fit the matches, otherwise with one of
+/// them, otherwise with depth from the matches themselves.
+pub(super) fn fit_models<'a>(
+    matches: &[Match],
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Alignment<'a>> {
+    let given = views.map(|view| view.depth.is_some());
+    if options.without_depth == WithoutDepth::Homography {
+        return fit_to_maps(matches, views, options, observer);
+    }
+    if given == [false; 2] {
+        return fit_two_view(matches, views, options, observer);
+    }
+    let first = match fit_to_maps(matches, views, options, &mut Portion::new(observer, 0.0, 0.5)) {
+        Ok(found) if found.maps_fit(matches) => return Ok(found),
+        Err(error) if !matches!(*error, Error::NoConsensus { .. }) => return Err(error),
+        other => other,
+    };
+    // A homography may be all there is to find; but depth maps that are wrong hide parallax just as well.
+    let unusable = first.as_ref().ok().and_then(|first| {
+        first.geometry.warnings.iter().find(|warning| matches!(warning, Warning::DepthUnusable { .. })).cloned()
+    });
+    let ignoring = |mut found: Alignment<'a>| {
+        found.geometry.warnings.insert(0, unusable.clone().unwrap_or(Warning::DepthInconsistent));
+        found
+    };
+    for side in [0, 1] {
+        let mut one = views;
+        one[1 - side].depth = None;
+        let from = 0.5 + 0.15 * side as f32;
+        let mut attempt = Portion::new(observer, from, from + 0.15);
+        if given == [true; 2]
+            && let Some(found) = if_possible(fit_to_maps(matches, one, options, &mut attempt))?
+            && found.maps_fit(matches)
+        {
+            return Ok(ignoring(found));
+        }
+    }
+    let without = if_possible(fit_two_view(matches, views, options, &mut Portion::new(observer, 0.8, 1.0)))?;
+    match (without, &first) {
+        (Some(found), _) if found.geometry.kind != ModelKind::Homography => Ok(ignoring(found)),
+        (Some(flat), Ok(first)) if first.geometry.kind != ModelKind::Homography => Ok(ignoring(flat)),
+        _ => first,
+    }
+}
+
+/// What an attempt gives that may fail for want of a model: only what would end any other attempt as well is an error.
+pub(super) fn if_possible<T>(attempt: Result<T>) -> Result<Option<T>> {
+    match attempt {
+        Ok(found) => Ok(Some(found)),
+        Err(error) => match *error {
+            Error::NoConsensus { .. } | Error::TooFewMatches { .. } | Error::DegenerateGeometry { .. } => Ok(None),
+            _ => Err(error),
+        },
+    }
+}
+
+/// The models with depth from the matches themselves.
+fn fit_two_view<'a>(
+    matches: &[Match],
+    [target, reference]: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Alignment<'a>> {
+    let found = two_view(matches, target.image, reference.image, &options.estimate, observer)?;
+    let maps = [found.target, found.reference].map(|map| Some(Cow::Owned(map)));
+    Ok(Alignment { prediction_error: Some(found.spread), ..alignment(found.geometry, maps) })
+}
+
+/// The models with the depth maps of the views; a missing one is derived from the other.
+fn fit_to_maps<'a>(
+    matches: &[Match],
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Alignment<'a>> {
+    let mut maps = views.map(|view| view.depth.map(Cow::Borrowed));
+    let mut derivation = Portion::new(observer, 0.0, 0.3);
+    if options.without_depth == WithoutDepth::TwoView
+        && let [target, reference] = views.map(|view| view.frame())
+        && let Some(derived) = derive_missing(matches, target, reference, &options.estimate, &mut derivation)?
+        && let Some(missing) = maps.iter_mut().find(|map| map.is_none())
+    {
+        *missing = Some(Cow::Owned(derived));
+    }
+    let frames = [0, 1].map(|side| Frame { depth: maps[side].as_deref(), ..views[side].frame() });
+    let fitted = estimate(matches, frames[0], frames[1], &options.estimate, &mut Portion::new(observer, 0.3, 0.6))?;
+    let tracked = match &maps[1] {
+        // Exact depth makes the photos match all over the overlap: that ties the cameras far better than features do.
+        Some(map) if fitted.comparison.is_some_and(|comparison| comparison.exact) => {
+            fit_to_tracked(matches, views, frames, map, &fitted, options, observer)?
+        }
+        _ => None,
+    };
+    Ok(alignment(tracked.unwrap_or(fitted), maps))
+}
+
+/// The calibrated models of `fitted` again, fitted to points tracked over the whole overlap as well; `None` when there are
+/// none.
+fn fit_to_tracked(
+    matches: &[Match],
+    [target, reference]: [View<'_>; 2],
+    frames: [Frame<'_>; 2],
+    reference_depth: &InverseDepth,
+    fitted: &Estimate,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Option<Estimate>> {
+    if fitted.kind != ModelKind::Calibrated {
+        return Ok(None);
+    }
+    let mut all = matches.to_vec();
+    let mut tracking = Portion::new(observer, 0.6, 0.8);
+    track(target.image, reference.image, reference_depth, &fitted.reverse, &mut all, &mut tracking)?;
+    if all.len() == matches.len() {
+        return Ok(None);
+    }
+    let refit = estimate(&all, frames[0], frames[1], &options.estimate, &mut Portion::new(observer, 0.8, 1.0));
+    Ok(if_possible(refit)?.map(|mut found| {
+        let tracked = found.inliers.split_off(matches.len());
+        found.followed = tracked.into_iter().filter(|inlier| *inlier).count();
+        // Tracked points say nothing about how good the matches are.
+        Estimate { usable: fitted.usable, warnings: fitted.warnings.clone(), ..found }
+    }))
+}
+
+/// An alignment before its depth is refined.
+fn alignment(geometry: Estimate, depth: [Option<Cow<'_, InverseDepth>>; 2]) -> Alignment<'_> {
+    let depth = if geometry.kind == ModelKind::Homography { [None, None] } else { depth };
+    Alignment { matches: None, geometry, depth, reliable: None, prediction_error: None }
+}
+
+impl Alignment<'_> {
+    /// Whether both depth maps explain the inliers' parallax. The inliers are those of the forward model; where the
+    /// reverse model misses many of them, the reference's map tells another story.
+    fn maps_fit(&self, matches: &[Match]) -> bool {
+        if self.geometry.kind == ModelKind::Homography {
+            return false;
+        }
+        let tolerance = REVERSE_TOLERANCE * self.geometry.threshold;
+        let inliers: Vec<_> = matches.iter().zip(&self.geometry.inliers).filter(|(_, inlier)| **inlier).collect();
+        let explained = inliers.iter().filter(|(m, _)| self.transfer_error(1, m).is_some_and(|error| error < tolerance));
+        explained.count() as f64 >= CONSISTENT_SHARE * inliers.len() as f64
+    }
+}
+
+impl<'a> View<'a> {
+    fn frame(&self) -> Frame<'a> {
+        Frame { size: (self.image.width(), self.image.height()), depth: self.depth }
+    }
+}
