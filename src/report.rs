@@ -1,14 +1,16 @@
-//! What a person should know about a result that is not an error.
+//! Warnings: what a person should know about a result that is not an error.
 
 use crate::decimal::Decimal;
 
-/// A remark on a result. The code is stable, the text is for people.
+/// A reason to doubt a result. The code is stable, the text is for people.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
     /// No depth maps, so a homography was fitted.
     NoDepth,
-    /// The depth maps have no value at enough matches, so a homography was fitted.
+    /// A depth map does not explain the parallax of the matches, and was ignored.
+    DepthInconsistent,
+    /// The depth maps have no value at enough matches, and were ignored.
     DepthUnusable {
         /// Matches with depth in both maps.
         usable: usize,
@@ -49,6 +51,7 @@ impl Warning {
     pub fn code(&self) -> &'static str {
         match self {
             Warning::NoDepth => "no-depth",
+            Warning::DepthInconsistent => "depth-inconsistent",
             Warning::DepthUnusable { .. } => "depth-unusable",
             Warning::ParallaxUnobservable => "parallax-unobservable",
             Warning::FewInliers { .. } => "few-inliers",
@@ -64,15 +67,18 @@ impl Warning {
     pub fn message(&self) -> String {
         match self {
             Warning::NoDepth => "No depth maps were given: the photos are aligned by a homography.".into(),
+            Warning::DepthInconsistent => {
+                "The depth maps do not explain how the photos differ: at least one of them was ignored.".into()
+            }
             Warning::DepthUnusable { usable } => {
-                format!("Only {usable} matches have depth in both maps: the photos are aligned by a homography.")
+                format!("Only {usable} matches have depth in both maps: the depth maps were ignored.")
             }
             Warning::ParallaxUnobservable => {
                 "The matches show no parallax (flat scene, pure rotation or constant depth): the photos are aligned by a homography.".into()
             }
-            Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: look at the result closely."),
+            Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: check the result carefully."),
             Warning::LowInlierRatio { ratio } => {
-                format!("Only {} % of the matches agree with the geometry: look at the result closely.", Decimal(100.0 * ratio, 0))
+                format!("Only {} % of the matches agree with the geometry: check the result carefully.", Decimal(100.0 * ratio, 0))
             }
             Warning::ThresholdWidened { threshold } => {
                 format!("Too few matches agreed closely: the geometry was fitted with a tolerance of {} px.", Decimal(*threshold, 1))

@@ -3,12 +3,14 @@
 
 mod scene;
 
-use depthstitch::InverseDepth;
-use depthstitch::geometry::{Calibration, EstimateOptions, Match, ModelKind};
+use depthstitch::features::track;
+use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, estimate};
 use depthstitch::image::DepthKind;
 use depthstitch::mosaic::Rect;
-use depthstitch::pipeline::{Options, Stitched, stitch};
-use scene::{MatchOptions, Pair, Photos, Scene, map_error, median};
+use depthstitch::observer::Observer;
+use depthstitch::pipeline::{Options, Stitched, align, stitch};
+use depthstitch::{InverseDepth, Stage};
+use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -258,4 +260,166 @@ fn crops_hold_nothing_empty_and_leave_nothing_out() {
         }
     }
     assert!(inner.width >= SIZE.0 && inner.height >= SIZE.1, "{inner:?}");
+}
+
+/// A depth map that says nothing of the scene.
+fn unusable(kind: &str, seed: u32) -> InverseDepth {
+    let mut random = Random::new(seed.into());
+    let value = |i: usize| match kind {
+        "zero" => 0.0,
+        "constant" => 0.7,
+        "a ramp" => (i % SIZE.0) as f32 / SIZE.0 as f32,
+        _ => random.uniform() as f32,
+    };
+    let raw: Vec<f32> = (0..SIZE.0 * SIZE.1).map(value).collect();
+    InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).unwrap()
+}
+
+/// Depth maps that do not fit the photos, one or both, do no worse than none at all, and the result says so.
+#[test]
+fn unusable_depth_maps_do_no_worse_than_none() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    let none = run(&Photos { target_depth: None, reference_depth: None, ..photos.clone() }, &Options::default());
+    for kind in ["zero", "constant", "a ramp", "noise"] {
+        for bad in [[true, false], [false, true], [true, true]] {
+            let map = |side: usize, good: &Option<InverseDepth>| {
+                if bad[side] { Some(unusable(kind, 1 + side as u32)) } else { good.clone() }
+            };
+            let given = Photos {
+                target_depth: map(0, &photos.target_depth),
+                reference_depth: map(1, &photos.reference_depth),
+                ..photos.clone()
+            };
+            let found = run(&given, &Options::default());
+            let name = format!("{kind}, target and reference {bad:?}");
+            let [q, least] = [found.quality, none.quality];
+            println!(
+                "{name}: {:?}, {:.2} dB, SSIM {:.3}, coverage {:.3} against {:.2}, {:.3}, {:.3}; {:?}",
+                found.geometry.kind,
+                q.psnr_mask,
+                q.ssim_mask,
+                q.coverage,
+                least.psnr_mask,
+                least.ssim_mask,
+                least.coverage,
+                codes(&found)
+            );
+            assert!(codes(&found).contains(&"depth-inconsistent"), "{name}: {:?}", codes(&found));
+            assert!(!codes(&found).contains(&"parallax-unobservable"), "{name}");
+            assert!(q.ssim_mask > least.ssim_mask - 0.02 && q.coverage > least.coverage - 0.02, "{name}");
+            assert!(q.psnr_mask > least.psnr_mask - 0.5, "{name}");
+        }
+    }
+}
+
+#[test]
+fn good_depth_maps_are_not_ignored() {
+    for scene in [scene::gallery(), scene::plane(), scene::rotation()] {
+        let found = run(&Photos::of(&render(&scene), &NOISY), &Options::default());
+        assert!(!codes(&found).contains(&"depth-inconsistent"), "{:?}", codes(&found));
+    }
+}
+
+/// Depth plays no part in a homography.
+#[test]
+fn a_homography_has_no_depth() {
+    let options = Options { output_depth: true, ..Options::default() };
+    for scene in [scene::plane(), scene::rotation()] {
+        let photos = Photos::of(&render(&scene), &NOISY);
+        let none = Photos { target_depth: None, reference_depth: None, ..photos.clone() };
+        for photos in [photos, none] {
+            let found = run(&photos, &options);
+            assert_eq!(found.geometry.kind, ModelKind::Homography);
+            assert_eq!(found.depth, [None, None]);
+            let aligned = align(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ()).unwrap();
+            assert_eq!(aligned.depth, [None, None]);
+        }
+    }
+}
+
+/// Remembers what was reported, and stops at the first report that `stop` is true of.
+struct Recorder {
+    seen: Vec<(Stage, f32)>,
+    stop: fn(Stage, f32) -> bool,
+}
+
+impl Observer for Recorder {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        self.seen.push((stage, fraction));
+        !(self.stop)(stage, fraction)
+    }
+}
+
+/// Within a stage progress never goes back: a caller may ignore reports that do, as ours in JavaScript does, and with them
+/// the chance to stop.
+#[test]
+fn progress_goes_on_through_the_second_photo() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    for (target, reference) in [
+        (photos.target(), photos.reference()),
+        (depthstitch::View { depth: None, ..photos.target() }, photos.reference()),
+    ] {
+        let mut recorder = Recorder { seen: Vec::new(), stop: |_, _| false };
+        stitch(None, target, reference, &Options::default(), &mut recorder).unwrap();
+        for pair in recorder.seen.windows(2) {
+            let [(stage, before), (next, fraction)] = [pair[0], pair[1]];
+            assert!(next != stage || fraction >= before, "{stage} goes back from {before} to {fraction}");
+        }
+        let detection = recorder.seen.iter().filter(|(stage, _)| *stage == Stage::Detect);
+        let late = detection.filter(|(_, fraction)| *fraction > 0.5 && *fraction < 1.0).count();
+        assert!(late >= 3, "{late} reports from the second photo's detection");
+    }
+    let mut recorder = Recorder { seen: Vec::new(), stop: |stage, at| stage == Stage::Detect && at > 0.6 };
+    let error = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut recorder).unwrap_err();
+    assert_eq!(error.code(), "aborted");
+}
+
+/// Guided matching is an attempt to do better: where its fit fails, the first one counts.
+#[test]
+fn a_guided_fit_that_fails_leaves_the_first_one() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    let views = [photos.target(), photos.reference()].map(|view| depthstitch::View { depth: None, ..view });
+    let mut compared = 0;
+    for seed in 1..=12 {
+        let mut options = Options { refine: None, fill: None, ..Options::default() };
+        // Few samples: whether they hit a good one is luck.
+        (options.estimate.seed, options.estimate.max_trials) = (seed, 1);
+        let first = Options {
+            features: depthstitch::pipeline::FeatureOptions { guided: false, ..options.features.clone() },
+            ..options.clone()
+        };
+        if align(None, views[0], views[1], &first, &mut ()).is_ok() {
+            compared += 1;
+            let guided = align(None, views[0], views[1], &options, &mut ());
+            assert!(guided.is_ok(), "seed {seed}: {:?}", guided.err());
+        }
+    }
+    println!("{compared} first fits");
+    assert!(compared > 0);
+}
+
+/// Of the tracked points those are counted that were fitted, not those that the fit rejected.
+#[test]
+fn tracked_points_count_when_they_were_fitted() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&render(&scene), &NOISY);
+    let (target, reference) = (photos.target(), photos.reference());
+    let options = Options::default();
+    let found = align(Some(&photos.matches), target, reference, &options, &mut ()).unwrap();
+    let frames = [
+        Frame { size: SIZE, depth: photos.target_depth.as_ref() },
+        Frame { size: SIZE, depth: photos.reference_depth.as_ref() },
+    ];
+    let first = estimate(&photos.matches, frames[0], frames[1], &options.estimate, &mut ()).unwrap();
+    let mut all = photos.matches.clone();
+    let map = photos.reference_depth.as_ref().unwrap();
+    track(target.image, reference.image, map, &first.reverse, &mut all, &mut ()).unwrap();
+    let both = estimate(&all, frames[0], frames[1], &options.estimate, &mut ()).unwrap();
+    let fitted = both.inliers[photos.matches.len()..].iter().filter(|inlier| **inlier).count();
+    println!("{} tracked, {fitted} fitted", all.len() - photos.matches.len());
+    assert!(0 < fitted && fitted < all.len() - photos.matches.len());
+    assert_eq!(found.geometry.followed, fitted);
 }

@@ -112,15 +112,22 @@ async function scale(): Promise<Scale[]> {
 
 async function scaleOf(way: Way): Promise<Scale[]> {
   print(`whole stitch by size, ${WORDS[way]} (sample, median of ${SCALING_RUNS})`);
-  print(columns("MP", ["ms", "ms/MP", "peak MiB", "MiB/MP"]));
+  print(columns("MP", ["ms", "ms/MP", "peak MiB", "MiB/MP", "predicted", "off %"]));
   const scales: Scale[] = [];
   for (const wanted of MEGAPIXELS) {
     const width = Math.round(Math.sqrt((wanted * 1e6 * SAMPLE.width) / SAMPLE.height));
     const height = Math.round((width * SAMPLE.height) / SAMPLE.width);
     const found = await measureScale(await renderSample(width, height), way, SCALING_RUNS);
-    const { megapixels, ms, memory } = found;
+    const { megapixels, ms, memory, predicted } = found;
     const mebibytes = memory / 2 ** 20;
-    const numbers = [ms, ms / megapixels, mebibytes, mebibytes / megapixels];
+    const numbers = [
+      ms,
+      ms / megapixels,
+      mebibytes,
+      mebibytes / megapixels,
+      predicted / 2 ** 20,
+      100 * (predicted / memory - 1),
+    ];
     print(
       columns(
         megapixels.toFixed(2),

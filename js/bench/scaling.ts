@@ -1,8 +1,9 @@
 import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
 
-import { loadCase } from "../cases/case.js";
+import { loadCase, type Pair } from "../cases/case.js";
 import { core } from "../core.js";
-import { timeStages, type Way } from "./stages.js";
+import { stitch, StitchError } from "../index.js";
+import { inputs, timeStages, type Way } from "./stages.js";
 
 /** How a whole stitch grows with the photos. */
 export interface Scale {
@@ -13,6 +14,8 @@ export interface Scale {
   readonly ms: number;
   /** Bytes of wasm memory at its peak. */
   readonly memory: number;
+  /** The same as the core predicts it. */
+  readonly predicted: number;
 }
 
 /** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
@@ -42,7 +45,23 @@ async function serve({ folder, way, runs }: Job): Promise<Scale> {
     megapixels: (width * height) / 1e6,
     ms: stitch,
     memory: core.call((raw) => raw.peakMemory()),
+    predicted: await predictedMemory(pair, way),
   };
+}
+
+/** The bytes that the core refuses the job for: at once, or with the canvas' own as soon as that is known. */
+async function predictedMemory(pair: Pair, way: Way): Promise<number> {
+  let bytes = 1;
+  for (;;) {
+    const options = { ...inputs(pair, way), maxBytes: bytes, worker: false };
+    try {
+      await stitch(pair.target, pair.reference, options);
+      return bytes;
+    } catch (error) {
+      if (!(error instanceof StitchError && error.code === "too-large")) throw error;
+      bytes = error.details.bytes ?? NaN;
+    }
+  }
 }
 
 if (!isMainThread) parentPort?.postMessage(await serve(workerData as Job));

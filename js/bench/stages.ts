@@ -51,7 +51,8 @@ export async function timeStages(
   );
 }
 
-function inputs({ matches, targetDepth, referenceDepth }: Pair, way: Way): StitchOptions {
+/** What `stitch` is given besides the photos. */
+export function inputs({ matches, targetDepth, referenceDepth }: Pair, way: Way): StitchOptions {
   switch (way) {
     case "paper":
       return { mode: "paper", matches, targetDepth, referenceDepth };

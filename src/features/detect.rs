@@ -30,7 +30,7 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
     report(observer, Stage::Detect, 0.0)?;
     let full = (image.width(), image.height());
     let mut features = Features { keypoints: Vec::new(), descriptors: Vec::new(), size: full };
-    let size = limited(full, options.max_size);
+    let size = reduced(full, options.max_size);
     if size.0.min(size.1) < LEAST_SIDE {
         return Ok(features);
     }
@@ -92,7 +92,7 @@ fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
 }
 
 /// The size at which features are looked for.
-fn limited((width, height): (usize, usize), limit: usize) -> (usize, usize) {
+pub(crate) fn reduced((width, height): (usize, usize), limit: usize) -> (usize, usize) {
     let longer = width.max(height);
     if limit == 0 || longer <= limit {
         return (width, height);

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
+use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
@@ -45,8 +46,10 @@ pub fn align<'a>(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
+    let views = [target, reference];
+    Memory::of(Job::of(views, matches.is_some()), options).check((0, 0))?;
     let mut timer = StageTimer::start(observer);
-    align_timed(matches, [target, reference], options, observer, &mut timer)
+    align_timed(matches, views, options, observer, &mut timer)
 }
 
 pub(super) fn align_timed<'a>(
@@ -106,7 +109,8 @@ fn align_guided<'a>(
     let second = if_possible(fit_models(&matches, views, options, observer))?;
     timer.end(second.as_ref().unwrap_or(first).stage(), observer);
     let threshold = first.geometry.threshold;
-    let better = second.filter(|second| second.robust_cost(&matches, threshold) < first.robust_cost(&matches, threshold));
+    let better =
+        second.filter(|second| second.robust_cost(&matches, threshold) < first.robust_cost(&matches, threshold));
     Ok(better.map(|second| Alignment { matches: Some(matches), ..second }))
 }
 
@@ -122,7 +126,8 @@ impl Alignment<'_> {
     #[must_use]
     pub fn void_distance(&self, target: ImageView<'_>, most: f64) -> f64 {
         let [w, h] = [target.width(), target.height()].map(|side| side as f64);
-        self.prediction_error.map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
+        self.prediction_error
+            .map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
     }
 
     /// The name of the stage that fitted the models.

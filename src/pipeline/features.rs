@@ -82,7 +82,7 @@ pub(super) fn match_along_epipolar_lines(
     observer: &mut dyn Observer,
 ) -> Result<Vec<Match>> {
     let [target, reference] = &first.features;
-    let [error, _] = alignment.prediction_error(&first.matches);
+    let [error, _] = alignment.inlier_error(&first.matches);
     let threshold = alignment.geometry.threshold;
     let guide = Guide {
         forward: &alignment.geometry.forward,

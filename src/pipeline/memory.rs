@@ -8,7 +8,7 @@ use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
 use crate::mosaic::{Blending, FillMethod};
 use crate::warp::WarpMode;
-use crate::{Error, Result, Stage};
+use crate::{Error, Result, Stage, View};
 
 /// Width and height in pixels.
 type Size = (usize, usize);
@@ -24,13 +24,21 @@ pub struct Job {
     pub matches: bool,
 }
 
+impl Job {
+    /// The job of stitching these views.
+    pub fn of(views: [View<'_>; 2], matches: bool) -> Self {
+        let photos = views.map(|view| (view.image.width(), view.image.height()));
+        Self { photos, depth: views.map(|view| view.depth.is_some()), matches }
+    }
+}
+
 /// A number of pixels, or of bytes: far beyond any memory they saturate.
 fn pixels((width, height): Size) -> u64 {
     (width as u64).saturating_mul(height as u64)
 }
 
-/// What is there before any stage: code, static data and stack of the wasm module.
-const MODULE: u64 = 1_200_000;
+/// What is there before any stage: static data and stack of the wasm module.
+const MODULE: u64 = if cfg!(target_arch = "wasm32") { 1_200_000 } else { 0 };
 /// An RGBA photo, and a map of `f32`.
 const RGBA: u64 = 4;
 const MAP: u64 = 4;
@@ -136,7 +144,12 @@ impl<'a> Memory<'a> {
                 self.both().saturating_mul(MAP).saturating_add(reference.saturating_mul(MASK))
             }
             (_, true) => self.both().saturating_mul(MAP),
-            _ => [target, reference].into_iter().zip(self.job.depth).filter(|(_, given)| !given).map(|(n, _)| MAP * n).sum(),
+            _ => [target, reference]
+                .into_iter()
+                .zip(self.job.depth)
+                .filter(|(_, given)| !given)
+                .map(|(n, _)| MAP * n)
+                .sum(),
         }
     }
 
@@ -212,11 +225,12 @@ impl<'a> Memory<'a> {
     }
 }
 
-/// Refuses photos and depth maps that alone would take more than `limit` bytes: for stages that are called alone.
+/// Refuses photos that with their depth maps alone would take more than `limit` bytes: for stages that are called alone.
 ///
 /// # Errors
 /// `too-large`, for the larger photo.
-pub fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
     let [target, reference] = photos;
     let larger = if pixels(target) > pixels(reference) { target } else { reference };
     let bytes = pixels(target).saturating_add(pixels(reference)).saturating_mul(RGBA + MAP);

@@ -8,7 +8,7 @@
 //! | features | [`detect_pair`], [`match_pair`] |
 //! | geometry | [`estimate`](crate::geometry::estimate) |
 //! | depth | [`two_view`](crate::depth::two_view), [`derive_missing`](crate::depth::derive_missing), [`refine`](crate::depth::refine) |
-//! | warp | [`warp`] |
+//! | warp | [`warp`](crate::warp::warp) |
 //! | mosaic | [`blend`], [`fill`], [`crop`] |
 //! | measure | [`quality`] |
 
@@ -23,6 +23,8 @@ use std::borrow::Cow;
 
 pub use align::{Alignment, align};
 pub use features::{FeatureOptions, MatchedFeatures, detect_pair, match_pair};
+#[cfg(target_arch = "wasm32")]
+pub(crate) use memory::check_inputs;
 pub use memory::{Job, Memory};
 pub use options::{Mode, Options, WithoutDepth};
 
@@ -31,7 +33,7 @@ use crate::metrics::{Quality, quality};
 use crate::mosaic::{FillMethod, Guide, Mosaic, Rect, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
-use crate::warp::{WarpOptions, Warped, warp};
+use crate::warp::{WarpOptions, Warped, warp_within};
 use crate::{InverseDepth, Result, Stage, View};
 use align::align_timed;
 use timer::StageTimer;
@@ -76,7 +78,8 @@ pub struct Stitched {
 /// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched.
 ///
 /// # Errors
-/// Those of the stages: see [`align`], [`warp`], [`quality`], [`blend`] and [`fill`].
+/// `too-large` when the [predicted peak](Memory) exceeds [`WarpOptions::max_bytes`]: before anything is allocated, or once the
+/// size of the canvas is known. Those of the stages: see [`align`], [`warp`](crate::warp::warp), [`quality`], [`blend`] and [`fill`].
 pub fn stitch(
     matches: Option<&[Match]>,
     target: View<'_>,
@@ -84,9 +87,12 @@ pub fn stitch(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
+    let views = [target, reference];
+    let memory = Memory::of(Job::of(views, matches.is_some()), options);
+    memory.check((reference.image.width(), reference.image.height()))?;
     let mut timer = StageTimer::start(observer);
-    let alignment = align_timed(matches, [target, reference], options, observer, &mut timer)?;
-    let warped = warp_aligned(&alignment, [target, reference], options, observer)?;
+    let alignment = align_timed(matches, views, options, observer, &mut timer)?;
+    let warped = warp_aligned(&alignment, views, options, &memory, observer)?;
     timer.end(Stage::Warp, observer);
     report(observer, Stage::Measure, 0.0)?;
     let quality = quality(&warped, reference.image)?;
@@ -116,6 +122,7 @@ fn warp_aligned(
     alignment: &Alignment<'_>,
     [target, reference]: [View<'_>; 2],
     options: &Options,
+    memory: &Memory<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
     let [target, reference] = alignment.views(target, reference);
@@ -126,7 +133,7 @@ fn warp_aligned(
         depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
-    warp(target, reference, forward, reverse, &options, observer)
+    warp_within(target, reference, forward, reverse, &options, &|canvas| memory.check(canvas), observer)
 }
 
 /// Fills the voids of the mosaic, if asked for, and finds its rectangles.

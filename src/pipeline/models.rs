@@ -159,7 +159,8 @@ impl Alignment<'_> {
         }
         let tolerance = REVERSE_TOLERANCE * self.geometry.threshold;
         let inliers: Vec<_> = matches.iter().zip(&self.geometry.inliers).filter(|(_, inlier)| **inlier).collect();
-        let explained = inliers.iter().filter(|(m, _)| self.transfer_error(1, m).is_some_and(|error| error < tolerance));
+        let explained =
+            inliers.iter().filter(|(m, _)| self.transfer_error(1, m).is_some_and(|error| error < tolerance));
         explained.count() as f64 >= CONSISTENT_SHARE * inliers.len() as f64
     }
 }

@@ -4,8 +4,8 @@ use wide::{CmpGe, CmpLe, f64x2};
 
 use crate::{Error, ImageView, Result};
 
-/// Bytes per canvas pixel over the whole way: warped target, selection key, footprint, mosaic, void mask.
-const BYTES_PER_PIXEL: u64 = 4 + 4 + 1 + 4 + 1;
+/// Bytes per canvas pixel: warped target, footprint, depth.
+const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
 
 /// The farthest that vertices may land, in reference pixels. Without it one vertex near the horizon makes the canvas
 /// explode.
@@ -39,18 +39,18 @@ pub(super) struct Canvas {
 impl Canvas {
     /// The smallest canvas around the reference and all that lies in `bounds`, in reference pixels: smallest and largest
     /// x and y.
-    pub fn around([x0, y0, x1, y1]: [f64; 4], reference: &ImageView<'_>, max_bytes: u64) -> Result<Self> {
+    pub fn around([x0, y0, x1, y1]: [f64; 4], reference: &ImageView<'_>) -> Self {
         let (w, h) = (reference.width(), reference.height());
         let offset = ((-x0.floor()).max(0.0) as usize, (-y0.floor()).max(0.0) as usize);
         let width = x1.ceil().max(w as f64 - 1.0) as usize + offset.0 + 1;
         let height = y1.ceil().max(h as f64 - 1.0) as usize + offset.1 + 1;
-        check_budget(width as u64, height as u64, BYTES_PER_PIXEL, 0, max_bytes)?;
-        Ok(Self { width, height, offset })
+        Self { width, height, offset }
     }
 }
 
-/// Refuses `width`×`height` pixels of `bytes_per_pixel`, on top of `already` bytes, when they would exceed `limit`.
-pub(crate) fn check_budget(width: u64, height: u64, bytes_per_pixel: u64, already: u64, limit: u64) -> Result<()> {
-    let bytes = width.saturating_mul(height).saturating_mul(bytes_per_pixel).saturating_add(already);
+/// Refuses a canvas that would take more than `limit` bytes with all that is drawn on it.
+pub(super) fn check_budget((width, height): (usize, usize), limit: u64) -> Result<()> {
+    let (width, height) = (width as u64, height as u64);
+    let bytes = width.saturating_mul(height).saturating_mul(BYTES_PER_PIXEL);
     if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }.into()) } else { Ok(()) }
 }

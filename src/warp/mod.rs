@@ -15,8 +15,6 @@ mod scene;
 mod selection;
 mod stretch;
 
-pub(crate) use canvas::check_budget;
-
 use crate::depth::holes::{self, Holes};
 use crate::geometry::{Model, check_views};
 use crate::observer::{Observer, report};
@@ -118,6 +116,20 @@ pub fn warp(
     options: &WarpOptions,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
+    let check_canvas = |canvas| canvas::check_budget(canvas, options.max_bytes);
+    warp_within(target, reference, forward, reverse, options, &check_canvas, observer)
+}
+
+/// [`warp`], with a check of its own of the canvas (width, height) before that is allocated.
+pub(crate) fn warp_within(
+    target: View<'_>,
+    reference: View<'_>,
+    forward: &Model,
+    reverse: &Model,
+    options: &WarpOptions,
+    check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
+    observer: &mut dyn Observer,
+) -> Result<Warped> {
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
@@ -129,7 +141,8 @@ pub fn warp(
         options.grid,
         &canvas::Limits::new(&reference.image, options.canvas_limit),
     )?;
-    let canvas = canvas::Canvas::around(grid.bounds, &reference.image, options.max_bytes)?;
+    let canvas = canvas::Canvas::around(grid.bounds, &reference.image);
+    check_canvas((canvas.width, canvas.height))?;
     report(observer, Stage::Warp, 0.2)?;
     let mut image = Image::transparent(canvas.width, canvas.height)?;
     let mut footprint = Mask::empty(canvas.width, canvas.height)?;

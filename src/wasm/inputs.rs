@@ -24,9 +24,14 @@ pub(super) fn mask(name: &'static str, value: &JsValue) -> Result<Mask> {
     Ok(Mask { data, width, height })
 }
 
+/// Whether an optional input is there; null stands for none.
+pub(super) fn is_given(value: &JsValue) -> bool {
+    !value.is_undefined() && !value.is_null()
+}
+
 /// A `DepthInput` for a photo of `size`; `None` where there is none.
 pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -> Result<Option<InverseDepth>> {
-    if value.is_undefined() || value.is_null() {
+    if !is_given(value) {
         return Ok(None);
     }
     let (width, height) = size_from_js(name, value)?;
@@ -102,10 +107,7 @@ pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
 
 /// The matches among the inputs, where there are any.
 pub(super) fn optional_matches(inputs: &JsValue) -> Result<Option<Vec<Match>>> {
-    Some(get(inputs, "matches"))
-        .filter(|given| !given.is_undefined() && !given.is_null())
-        .map(|given| matches(&given))
-        .transpose()
+    Some(get(inputs, "matches")).filter(is_given).map(|given| matches(&given)).transpose()
 }
 
 /// A `Model`.

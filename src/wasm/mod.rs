@@ -12,9 +12,13 @@ mod observer;
 #[cfg(feature = "core")]
 mod options;
 #[cfg(feature = "core")]
+mod photos;
+#[cfg(feature = "core")]
 mod results;
 #[cfg(feature = "core")]
 mod specs;
+#[cfg(feature = "core")]
+mod signatures;
 #[cfg(feature = "core")]
 mod stages;
 

@@ -5,86 +5,19 @@ use wasm_bindgen::prelude::*;
 
 use super::convert::{get, put, size_from_js};
 use super::observer::JsObserver;
+use super::photos::{Photos, single_photo};
+use super::signatures::*;
 use super::{inputs, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
-use crate::pipeline::{self, check_input_sizes};
-use crate::{Image, InverseDepth, Result, Stage, View};
+use crate::pipeline::{self, Job, Memory, check_inputs};
+use crate::warp::WarpOptions;
+use crate::{Result, Stage};
 use crate::{features, metrics, mosaic, warp};
 
 #[wasm_bindgen(start)]
 fn start() {
     console_error_panic_hook::set_once();
-}
-
-#[wasm_bindgen]
-extern "C" {
-    /// `ImageInput`.
-    #[wasm_bindgen(typescript_type = "ImageInput")]
-    pub type ImageInput;
-    /// `Options`, each optional.
-    #[wasm_bindgen(typescript_type = "Partial<Options> | undefined")]
-    pub type PartialOptions;
-    /// Which defaults.
-    #[wasm_bindgen(typescript_type = "Options[\"mode\"] | undefined")]
-    pub type ModeName;
-    /// `Options`.
-    #[wasm_bindgen(typescript_type = "Options")]
-    pub type FullOptions;
-    /// Progress callback.
-    #[wasm_bindgen(typescript_type = "((stage: Stage, fraction: number) => boolean | void) | undefined")]
-    pub type OnProgress;
-    /// What `stitch` takes besides the photos.
-    #[wasm_bindgen(typescript_type = "StitchInputs")]
-    pub type StitchInputs;
-    /// `Features`.
-    #[wasm_bindgen(typescript_type = "Features")]
-    pub type FeaturesObject;
-    /// `Matches`.
-    #[wasm_bindgen(typescript_type = "Matches")]
-    pub type MatchesObject;
-    /// `ImageMatches`.
-    #[wasm_bindgen(typescript_type = "ImageMatches")]
-    pub type ImageMatches;
-    /// What `estimate` takes.
-    #[wasm_bindgen(typescript_type = "EstimateInputs")]
-    pub type EstimateInputs;
-    /// `Alignment`.
-    #[wasm_bindgen(typescript_type = "Alignment")]
-    pub type AlignmentObject;
-    /// What `blend` may know besides the photos.
-    #[wasm_bindgen(typescript_type = "{ readonly reliable?: Mask | null | undefined }")]
-    pub type BlendInputs;
-    /// Both models.
-    #[wasm_bindgen(typescript_type = "Models")]
-    pub type Models;
-    /// Both depth maps.
-    #[wasm_bindgen(typescript_type = "Depths")]
-    pub type Depths;
-    /// `Geometry`.
-    #[wasm_bindgen(typescript_type = "Geometry")]
-    pub type Geometry;
-    /// `Warped`.
-    #[wasm_bindgen(typescript_type = "Warped")]
-    pub type WarpedObject;
-    /// `Mosaic`.
-    #[wasm_bindgen(typescript_type = "Mosaic")]
-    pub type MosaicObject;
-    /// `Mask`.
-    #[wasm_bindgen(typescript_type = "Mask")]
-    pub type MaskObject;
-    /// `ImageOutput`.
-    #[wasm_bindgen(typescript_type = "ImageOutput")]
-    pub type ImageOutput;
-    /// `Quality`.
-    #[wasm_bindgen(typescript_type = "Quality")]
-    pub type QualityObject;
-    /// `Appearance`.
-    #[wasm_bindgen(typescript_type = "Appearance")]
-    pub type AppearanceObject;
-    /// `StitchResult`.
-    #[wasm_bindgen(typescript_type = "StitchResult")]
-    pub type StitchResult;
 }
 
 /// The package's version.
@@ -106,7 +39,7 @@ pub fn peak_memory() -> f64 {
     core::arch::wasm32::memory_size::<0>() as f64 * PAGE
 }
 
-/// The whole way.
+/// The whole pipeline.
 #[wasm_bindgen]
 pub fn stitch(
     target: &ImageInput,
@@ -120,7 +53,8 @@ pub fn stitch(
         observer.progress(Stage::Input, 0.0);
         let mut options = options::from_js(options)?;
         options.output_depth = get(inputs, "outputDepth").is_truthy();
-        let photos = Photos::read(target, reference, inputs, options.warp.max_bytes)?;
+        let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
+        let photos = Photos::read(target, reference, inputs, &check)?;
         let matches = inputs::optional_matches(inputs)?;
         let input_time = observer.now() - start;
         let done = pipeline::stitch(matches.as_deref(), photos.target(), photos.reference(), &options, observer)?;
@@ -151,7 +85,7 @@ pub fn detect(
 ) -> std::result::Result<FeaturesObject, JsValue> {
     observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
-        let image = lone_image("image", image, options.warp.max_bytes)?;
+        let image = single_photo("image", image, options.warp.max_bytes)?;
         let features = features::detect(image.view(), &options.features.detect, observer)?;
         Ok(results::features(&features))
     })
@@ -187,18 +121,15 @@ pub fn match_images(
 ) -> std::result::Result<ImageMatches, JsValue> {
     observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
-        let max_bytes = options.warp.max_bytes;
-        let found = |name, image, observer: &mut JsObserver| {
-            let image = lone_image(name, image, max_bytes)?;
-            features::detect(image.view(), &options.features.detect, observer)
-        };
-        let target = found("target", target, observer)?;
-        let reference = found("reference", reference, observer)?;
-        let pairs = features::match_features(&target, &reference, &options.features.matching, observer)?;
+        let read = |name, image| single_photo(name, image, options.warp.max_bytes);
+        let photos = [read("target", target)?, read("reference", reference)?];
+        let photos = [photos[0].view(), photos[1].view()];
+        let features = pipeline::detect_pair(photos, &options.features.detect, observer)?;
+        let found = pipeline::match_pair(features, &options.features.matching, observer)?;
         let result = JsValue::from(Object::new());
-        results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
-        put(&result, "target", results::features(&target));
-        put(&result, "reference", results::features(&reference));
+        results::add_matches(&result, &found.matches, &found.pairs);
+        put(&result, "target", results::features(&found.features[0]));
+        put(&result, "reference", results::features(&found.features[1]));
         Ok(result)
     })
     .map(JsCast::unchecked_into)
@@ -215,7 +146,7 @@ pub fn estimate(
         let options = options::from_js(options)?;
         let target_size = size_from_js("targetSize", &get(inputs, "targetSize"))?;
         let reference_size = size_from_js("referenceSize", &get(inputs, "referenceSize"))?;
-        check_input_sizes(target_size, reference_size, options.warp.max_bytes)?;
+        check_inputs([target_size, reference_size], options.warp.max_bytes)?;
         let matches = inputs::matches(&get(inputs, "matches"))?;
         let target_depth = inputs::depth("targetDepth", &get(inputs, "targetDepth"), target_size)?;
         let reference_depth = inputs::depth("referenceDepth", &get(inputs, "referenceDepth"), reference_size)?;
@@ -233,7 +164,7 @@ pub fn estimate(
     .map(JsCast::unchecked_into)
 }
 
-/// The first half of the whole way.
+/// The first half of the pipeline.
 #[wasm_bindgen]
 pub fn align(
     target: &ImageInput,
@@ -244,17 +175,17 @@ pub fn align(
 ) -> std::result::Result<AlignmentObject, JsValue> {
     observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
-        let photos = Photos::read(target, reference, inputs, options.warp.max_bytes)?;
+        let photos = Photos::read(target, reference, inputs, &|job| Memory::of(job, &options).check((0, 0)))?;
         let given = inputs::optional_matches(inputs)?;
-        let aligned = pipeline::align(given.as_deref(), photos.target(), photos.reference(), &options, observer)?;
+        let alignment = pipeline::align(given.as_deref(), photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
-        results::add_geometry(&result, &aligned.geometry, &aligned.geometry.warnings);
-        let matches = aligned.matches.as_deref().or(given.as_deref());
+        results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
+        let matches = alignment.matches.as_deref().or(given.as_deref());
         put(&result, "matches", results::matches(matches.unwrap_or_default()));
-        results::add_depth(&result, &aligned.depth);
-        let void_distance = aligned.void_distance(photos.target().image, options.warp.void_distance);
+        results::add_depth(&result, &alignment.depth);
+        let void_distance = alignment.void_distance(photos.target().image, options.warp.void_distance);
         put(&result, "voidDistance", void_distance.into());
-        put(&result, "reliable", aligned.trusted.as_ref().map_or(JsValue::NULL, results::mask));
+        put(&result, "reliable", alignment.reliable.as_ref().map_or(JsValue::NULL, results::mask));
         Ok(result)
     })
     .map(JsCast::unchecked_into)
@@ -271,8 +202,9 @@ pub fn warp(
     on_progress: &OnProgress,
 ) -> std::result::Result<WarpedObject, JsValue> {
     observed(Stage::Input, on_progress, &mut |observer| {
-        let options = options::from_js(options)?.warp;
-        let photos = Photos::read(target, reference, depths, options.max_bytes)?;
+        // The result has no place for the warped depth.
+        let options = WarpOptions { depth: false, ..options::from_js(options)?.warp };
+        let photos = Photos::read(target, reference, depths, &|job| check_inputs(job.photos, options.max_bytes))?;
         let forward = inputs::model("forward", &get(models, "forward"))?;
         let reverse = inputs::model("reverse", &get(models, "reverse"))?;
         let warped = warp::warp(photos.target(), photos.reference(), &forward, &reverse, &options, observer)?;
@@ -347,7 +279,7 @@ pub fn appearance(
 ) -> std::result::Result<AppearanceObject, JsValue> {
     observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
         observer.progress(Stage::Measure, 0.0);
-        let photos = Photos::read(target, reference, result, u64::MAX)?;
+        let photos = Photos::read(target, reference, result, &|_| Ok(()))?;
         let forward = inputs::model("forward", &get(result, "forward"))?;
         let (warped, mosaic) = (inputs::warped(result)?, inputs::mosaic(result)?);
         let (target, reference) = (photos.target(), photos.reference().image);
@@ -364,41 +296,4 @@ fn observed(
 ) -> std::result::Result<JsValue, JsValue> {
     let mut observer = JsObserver::new(stage, on_progress);
     f(&mut observer).map_err(|error| observer.error(&error))
-}
-
-/// A photo that is looked at alone.
-fn lone_image(name: &'static str, image: &JsValue, max_bytes: u64) -> Result<Image> {
-    let size = size_from_js(name, image)?;
-    check_input_sizes(size, size, max_bytes)?;
-    inputs::image(name, image)
-}
-
-/// Both photos and their depth, owned for the length of a call.
-struct Photos {
-    target: Image,
-    reference: Image,
-    target_depth: Option<InverseDepth>,
-    reference_depth: Option<InverseDepth>,
-}
-
-impl Photos {
-    fn read(target: &JsValue, reference: &JsValue, depths: &JsValue, max_bytes: u64) -> Result<Self> {
-        let target_size = size_from_js("target", target)?;
-        let reference_size = size_from_js("reference", reference)?;
-        check_input_sizes(target_size, reference_size, max_bytes)?;
-        Ok(Self {
-            target: inputs::image("target", target)?,
-            reference: inputs::image("reference", reference)?,
-            target_depth: inputs::depth("targetDepth", &get(depths, "targetDepth"), target_size)?,
-            reference_depth: inputs::depth("referenceDepth", &get(depths, "referenceDepth"), reference_size)?,
-        })
-    }
-
-    fn target(&self) -> View<'_> {
-        View { image: self.target.view(), depth: self.target_depth.as_ref() }
-    }
-
-    fn reference(&self) -> View<'_> {
-        View { image: self.reference.view(), depth: self.reference_depth.as_ref() }
-    }
 }
