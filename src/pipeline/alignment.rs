@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Options, WithoutDepth};
-use crate::depth::{RefineOptions, continue_outside, derive_missing, refine, two_view};
+use crate::depth::{Prior, RefineOptions, continue_outside, derive_missing, refine_prior, two_view};
 use crate::features::track;
 use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, estimate};
 use crate::observer::Observer;
@@ -107,11 +107,11 @@ impl Alignment<'_> {
             return Ok(());
         }
         let spread = self.spread.unwrap_or_else(|| self.spread(given.or(self.matches.as_deref()).unwrap_or_default()));
-        let options = &RefineOptions { guess: kind == ModelKind::TwoView, ..*options };
+        let prior = Prior { error: spread, weak: kind == ModelKind::TwoView };
         let [target, reference] = self.views(target, reference);
-        let refined = refine(target, reference, &forward, &reverse, spread, options, observer)?;
+        let refined = refine_prior(target, reference, &forward, &reverse, prior, options, observer)?;
         let sizes = [target, reference].map(|view| (view.image.width(), view.image.height()));
-        let [trusted_target, trusted_reference] = refined.trusted;
+        let [trusted_target, trusted_reference] = refined.reliable;
         let mut maps = [refined.target, refined.reference];
         if kind == ModelKind::TwoView {
             // The photos say nothing about what only one of them shows.
