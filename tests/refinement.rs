@@ -131,9 +131,9 @@ impl Case {
             assert!(percentile(&after[1], 0.9) <= percentile(&before[1], 0.9) + 0.3);
             // Nothing is believed beyond the other photo, and most of what both show is.
             let (mut right, mut wrong) = (0, 0);
-            for (&trusted, &visible) in refined.trusted[side].data.iter().zip(&self.visible[side]) {
-                right += usize::from(trusted != 0 && visible);
-                wrong += usize::from(trusted != 0 && !visible);
+            for (&reliable, &visible) in refined.reliable[side].data.iter().zip(&self.visible[side]) {
+                right += usize::from(reliable != 0 && visible);
+                wrong += usize::from(reliable != 0 && !visible);
             }
             assert!(10 * right > 7 * after[0].len() && 20 * wrong < right, "{right} rightly, {wrong} wrongly");
         }
@@ -211,7 +211,7 @@ fn without_parallax_the_priors_come_back() {
     let truth = case.truth().map(Clone::clone);
     let refined = case.refined(&truth, 1.0);
     assert_eq!([&refined.target, &refined.reference], case.truth());
-    assert_eq!(refined.trusted.map(|mask| mask.count()), [0, 0]);
+    assert_eq!(refined.reliable.map(|mask| mask.count()), [0, 0]);
     // Nor does depth have a say when it moves nothing by a pixel.
     let tiny = 0.5 / slope(&Model { e: nalgebra::Vector3::new(1.0, 0.0, 0.0), ..case.forward }, 9.0, 9.0, 0.1);
     case.forward.e.x = tiny;
@@ -236,7 +236,7 @@ fn any_size_will_do() {
         let view = View { image: image.view(), depth: Some(&depth) };
         for e in [[30.0, 2.0, 0.1], [1e6, -1e6, 1e3], [1e-30, 0.0, 0.0]] {
             let model = Model { h: nalgebra::Matrix3::identity(), e: nalgebra::Vector3::from(e) };
-            let options = RefineOptions { range: Some(100.0), ..Default::default() };
+            let options = RefineOptions { range: Some(100.0) };
             let refined = refine(view, view, &model, &model, [0.0; 2], &options, &mut ()).unwrap();
             assert!(refined.target.data().iter().all(|d| d.is_finite()), "{w}×{h}, {e:?}");
         }
@@ -254,7 +254,7 @@ fn bad_input_is_refused() {
             forward,
             &case.reverse,
             [1.0; 2],
-            &RefineOptions { range, ..Default::default() },
+            &RefineOptions { range },
             observer,
         )
         .map(|_| ())

@@ -10,6 +10,7 @@ mod two_view;
 
 pub use extrapolation::continue_outside;
 pub use holes::Holes;
+pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};
 pub use transfer::{derive_depth, derive_missing};
 pub use two_view::{TwoView, two_view};

@@ -7,7 +7,7 @@ use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::depth::{RefineOptions, continue_outside, refine};
+use crate::depth::{Prior, RefineOptions, continue_outside, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::Observer;
 use crate::statistics::nth;
@@ -149,11 +149,11 @@ impl Alignment<'_> {
         }
         let matches = given.or(self.matches.as_deref()).unwrap_or_default();
         let error = self.prediction_error.unwrap_or_else(|| self.inlier_error(matches));
-        let options = &RefineOptions { guess: kind == ModelKind::TwoView, ..*options };
+        let prior = Prior { error, weak: kind == ModelKind::TwoView };
         let [target, reference] = self.views(target, reference);
-        let refined = refine(target, reference, &forward, &reverse, error, options, observer)?;
+        let refined = refine_prior(target, reference, &forward, &reverse, prior, options, observer)?;
         let sizes = [target, reference].map(|view| (view.image.width(), view.image.height()));
-        let [reliable_target, reliable_reference] = refined.trusted;
+        let [reliable_target, reliable_reference] = refined.reliable;
         let mut maps = [refined.target, refined.reference];
         if kind == ModelKind::TwoView {
             // Two photos say nothing about the depth of what only one of them shows.

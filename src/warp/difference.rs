@@ -1,4 +1,4 @@
-//! How much the photos' colours differ.
+//! How much the photos' colours differ all over: by noise and exposure.
 
 use super::sample::photometric_error;
 use super::scene::Scene;
@@ -6,18 +6,21 @@ use super::scene::Scene;
 /// One pixel in so many is looked at: a prime, so that they lie in all columns.
 const STRIDE: usize = 61;
 
-/// The mean photometric error over the overlap, as the reverse model has it: noise and exposure are in it, and how
-/// much of the scene hides or is misaligned. 0 without overlap.
+/// The mean photometric error over the overlap, by the reverse model: of noise and exposure, and of what is occluded or
+/// misaligned. 0 without overlap.
 pub(super) fn mean(scene: &Scene<'_>) -> f64 {
-    let (width, row) = (scene.target.width() as f64, scene.reference.width());
+    let (width, height) = (scene.target.width(), scene.target.height());
+    let row = scene.reference.width();
     let (mut sum, mut pixels) = (0.0, f64::MIN_POSITIVE);
     let mut index = 0;
     while let Some(colour) = scene.reference.pixels().get(index) {
         let d = scene.reference_depth.and_then(|depth| depth.data().get(index)).map_or(0.0, |d| f64::from(*d));
         if let Some([u, v]) = scene.reverse.project((index % row) as f64, (index / row) as f64, d)
             && u >= 0.0
-            && u < width
-            && let Some(other) = scene.target.pixels().get((v.floor() * width + u) as i64 as usize)
+            && v >= 0.0
+            && u < width as f64
+            && v < height as f64
+            && let Some(other) = scene.target.pixels().get(v as usize * width + u as usize)
         {
             let [colour, other] = [*colour, *other].map(u32::from_le_bytes);
             (sum, pixels) = (sum + f64::from(photometric_error(colour, other)), pixels + 1.0);

@@ -16,9 +16,9 @@ mod photos;
 #[cfg(feature = "core")]
 mod results;
 #[cfg(feature = "core")]
-mod specs;
-#[cfg(feature = "core")]
 mod signatures;
+#[cfg(feature = "core")]
+mod specs;
 #[cfg(feature = "core")]
 mod stages;
 

@@ -1,12 +1,13 @@
-//! Matching cost: how differently two windows order their pixels' brightness (census, Zabih & Woodfill 1994), which
-//! neither exposure nor contrast changes.
+//! Matching cost: the Hamming distance of the census transforms of two windows (Zabih & Woodfill 1994), which neither
+//! exposure nor contrast changes.
 
 use wide::{CmpGt, i8x16, i32x4, u8x16};
 
-use super::epipolar_line::{Field, Motion};
-use super::gray::{Corners, FRACTION, Gray, LANES, MARGIN, pad};
+use super::epipolar_line::{EpipolarLine, EpipolarLines};
+use super::gray::{Corners, FRACTION, Gray, MARGIN, pad};
 use crate::Result;
 use crate::image::zeroed;
+use crate::lanes::BYTE_LANES;
 
 /// Labels per pixel: steps along the epipolar line, as many to either side of the middle one.
 pub(super) const LABELS: usize = 15;
@@ -17,13 +18,14 @@ pub(super) type Costs = u8x16;
 /// Half the census window.
 const RADIUS: usize = 3;
 const ROWS: usize = 2 * RADIUS + 1;
-/// Cost of a place outside the other photo: worse than most matches, better than most mistakes.
+/// Cost of a place outside the other photo, of 48: worse than most correct matches, better than most wrong ones. Tuned on
+/// the evaluation cases.
 const OUTSIDE: u8 = 16;
-/// Cost of a label beyond the range, and of the lane that is none.
+/// Cost of a label beyond the range, and of the lane that is no label: with it no sum of costs overflows a byte.
 const NEVER: u8 = 100;
-/// Cost per pixel of motion away from the prior.
+/// Cost per pixel of distance from the prior. Tuned on the evaluation cases.
 const AWAY: f32 = 0.1;
-/// Labels from the prior that the table of their own costs reaches to.
+/// The table of the labels' own costs reaches this many labels either side of the prior: more than any range.
 const TABLE: i32 = 1024;
 
 /// All labels outside the other photo.
@@ -33,22 +35,22 @@ const BITS: u8x16 = u8x16::new([1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32,
 /// The lane that is no label.
 const NONE: u8x16 = u8x16::new([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255]);
 
-/// Everything one search looks at: pixels of one photo, at 1/`scale` of its size, and their places in the other.
+/// What is searched: pixels of one photo, at 1/`scale` of its size, along their epipolar lines in the other.
 pub(super) struct Search<'a> {
     pub from: &'a Gray,
     pub to: &'a Gray,
-    pub field: &'a Field<'a>,
+    pub lines: &'a EpipolarLines<'a>,
     /// Pixels of the photos per pixel of the search.
     pub scale: usize,
-    /// Pixels of motion in the other photo per label.
+    /// Pixels along the epipolar line per label.
     pub step: f32,
     /// Label, counted from the prior, in the middle of each pixel's labels.
     pub middle: &'a [i16],
-    /// Farthest from the prior, in pixels of motion.
+    /// Farthest from the prior, in pixels along the epipolar line.
     pub range: f32,
-    /// Cost of any motion away from the prior.
-    pub stay: u8,
-    /// From each label that is looked at to the next that is.
+    /// Cost of any label but the prior's own.
+    pub leaving_cost: u8,
+    /// Only every so many labels are sampled.
     pub every: usize,
 }
 
@@ -56,18 +58,18 @@ pub(super) struct Search<'a> {
 pub(super) struct CostRows<'a> {
     search: &'a Search<'a>,
     to: Corners,
-    /// The last rows of the other photo as each label sees them, less 128 as a signed byte.
-    seen: Vec<u8>,
+    /// The last rows of the other photo, sampled at each label, less 128 as a signed byte.
+    sampled: Vec<u8>,
     /// Which labels of the last rows lie outside the other photo, one to a bit.
     outside: Vec<u16>,
     /// What a label costs by itself, from -TABLE on.
     own: Vec<u8>,
-    /// Rows seen, and rows given out.
+    /// Rows sampled, and rows whose costs were made.
     ahead: usize,
     next: usize,
 }
 
-/// The places of a block's labels in the other photo, in fixed point: both axes of the first, and from one to the next.
+/// Places of a block's labels in the other photo, in fixed point: both axes of the first, and from one to the next.
 /// Pixel 4i + q is lane i of vector q.
 #[derive(Clone, Copy, Default)]
 struct Rays([[i32x4; 4]; 4]);
@@ -76,13 +78,13 @@ impl Rays {
     /// Sets pixel `i`, whose labels start at `first`, and tells which of them lie beyond the first or the last pixel of the
     /// other photo, one to a bit.
     #[inline(always)]
-    fn set(&mut self, i: usize, motion: &Motion, first: f32, every: i32, most: [i32; 2]) -> u16 {
+    fn set(&mut self, i: usize, line: &EpipolarLine, first: f32, every: i32, most: [i32; 2]) -> u16 {
         const ONE: f32 = (1 << FRACTION) as f32;
         // Far outside any photo, and far from an overflow.
         const FAR: f32 = (1 << 29) as f32;
         let fixed = |v: f32| if v.abs() < FAR { v as i32 } else { -(1 << 29) };
-        let [px, py] = motion.place;
-        let [dx, dy] = motion.direction;
+        let [px, py] = line.place;
+        let [dx, dy] = line.direction;
         let ray = [px + first * dx, py + first * dy, dx, dy].map(|v| fixed(v * ONE));
         let [x, y, dx, dy] = ray;
         for (vectors, v) in self.0.iter_mut().zip([x, y, dx * every, dy * every]) {
@@ -99,17 +101,17 @@ impl Rays {
 
 impl<'a> CostRows<'a> {
     pub fn new(search: &'a Search<'a>) -> Result<Self> {
-        let Search { from, to, step, range, stay, .. } = *search;
+        let Search { from, to, step, range, leaving_cost, .. } = *search;
         let own = (-TABLE..=TABLE).map(|label| {
             let distance = (label as f32 * step).abs();
             let away = distance * AWAY + 0.5;
             let away = if away < f32::from(NEVER / 2) { away as u8 } else { NEVER / 2 };
-            if distance > range { NEVER } else { away + stay * u8::from(label != 0) }
+            if distance > range { NEVER } else { away + leaving_cost * u8::from(label != 0) }
         });
         Ok(Self {
             search,
             to: Corners::new(to)?,
-            seen: zeroed(ROWS * LABELS * from.stride)?,
+            sampled: zeroed(ROWS * LABELS * from.stride)?,
             outside: zeroed(ROWS * from.width)?,
             own: own.collect(),
             ahead: 0,
@@ -123,7 +125,7 @@ impl<'a> CostRows<'a> {
         let from = self.search.from;
         let y = self.next;
         while self.ahead < from.height && self.ahead <= y + RADIUS {
-            self.see();
+            self.sample_row();
         }
         self.next += 1;
         let width = from.width;
@@ -132,11 +134,11 @@ impl<'a> CostRows<'a> {
         let middle = &self.search.middle[y * width..][..width];
         let outside = &self.outside[slot(y) * width..][..width];
         for (chunk, ((out, middle), outside)) in
-            out.chunks_mut(LANES).zip(middle.chunks(LANES)).zip(outside.chunks(LANES)).enumerate()
+            out.chunks_mut(BYTE_LANES).zip(middle.chunks(BYTE_LANES)).zip(outside.chunks(BYTE_LANES)).enumerate()
         {
-            let mut census = [u8x16::splat(0); LANES];
+            let mut census = [u8x16::splat(0); BYTE_LANES];
             if outside.iter().any(|&outside| outside != NOWHERE) {
-                self.census(&rows, &slots, MARGIN + chunk * LANES, &mut census);
+                self.census(&rows, &slots, MARGIN + chunk * BYTE_LANES, &mut census);
             }
             for (((out, middle), &outside), census) in out.iter_mut().zip(middle).zip(outside).zip(census) {
                 let first = (i32::from(*middle) - HALF + TABLE) as usize;
@@ -149,59 +151,59 @@ impl<'a> CostRows<'a> {
         }
     }
 
-    /// How bright the other photo is where the first and the last label of a pixel of the row that was looked at last lead to;
-    /// and 1, but 0 if one of them is outside.
+    /// Gray values of the other photo at the first and the last label of a pixel of the row that was sampled last; and 1,
+    /// but 0 if one of them is outside.
     #[inline(always)]
     pub fn ends(&self, x: usize) -> [f32; 3] {
         let (from, slot) = (self.search.from, slot(self.ahead - 1));
         let outside = self.outside[slot * from.width + x];
-        let end = |label: usize| f32::from(self.seen[(slot * LABELS + label) * from.stride + MARGIN + x] ^ 0x80);
+        let end = |label: usize| f32::from(self.sampled[(slot * LABELS + label) * from.stride + MARGIN + x] ^ 0x80);
         let inside = outside & (1 | 1 << (LABELS - 1)) == 0;
         [end(0), end(LABELS - 1), f32::from(u8::from(inside))]
     }
 
-    /// Looks at the next row of the other photo through its labels.
+    /// Samples the other photo at the labels of the next row.
     #[inline(never)]
-    pub fn see(&mut self) {
+    pub fn sample_row(&mut self) {
         let search = self.search;
         let y = self.ahead;
         self.ahead += 1;
         let (width, stride) = (search.from.width, search.from.stride);
         let outside = &mut self.outside[slot(y) * width..][..width];
-        let seen = &mut self.seen[slot(y) * LABELS * stride..][..LABELS * stride];
+        let sampled = &mut self.sampled[slot(y) * LABELS * stride..][..LABELS * stride];
         let middle = &search.middle[y * width..][..width];
         let (most, inverse) = (self.to.most(), 1.0 / search.scale as f32);
         let mut rays = Rays::default();
-        for (block, (middle, outside)) in middle.chunks(LANES).zip(outside.chunks_mut(LANES)).enumerate() {
-            let x = block * LANES;
+        for (block, (middle, outside)) in middle.chunks(BYTE_LANES).zip(outside.chunks_mut(BYTE_LANES)).enumerate() {
+            let x = block * BYTE_LANES;
             for (i, (&middle, outside)) in middle.iter().zip(outside.iter_mut()).enumerate() {
                 let first = f32::from(middle) - HALF as f32;
-                *outside = rays.set(i, &search.motion(x + i, y, inverse), first, search.every as i32, most);
+                *outside = rays.set(i, &search.line(x + i, y, inverse), first, search.every as i32, most);
             }
-            // Nothing is seen there, and nothing is made of what was seen before.
+            // Nothing is sampled there, and nothing is made of what was sampled before.
             if outside.iter().all(|&outside| outside == NOWHERE) {
                 continue;
             }
             let [u, v, du, dv] = &mut rays.0;
-            for row in seen.chunks_exact_mut(stride).step_by(search.every) {
+            for row in sampled.chunks_exact_mut(stride).step_by(search.every) {
                 let mut four = i32x4::splat(i32::from_ne_bytes([0x80; 4]));
                 for q in 0..4 {
                     four ^= self.to.sample(u[q], v[q]) << (8 * q as i32);
                     u[q] += du[q];
                     v[q] += dv[q];
                 }
-                if let Some(row) = row[MARGIN + x..].first_chunk_mut::<LANES>() {
+                if let Some(row) = row[MARGIN + x..].first_chunk_mut::<BYTE_LANES>() {
                     *row = bytemuck::cast(four);
                 }
             }
         }
-        seen.chunks_exact_mut(stride).for_each(|row| pad(row, width));
+        sampled.chunks_exact_mut(stride).for_each(|row| pad(row, width));
     }
 
     /// How many of the 48 neighbours are darker than the middle in one window and not in the other: of 16 pixels, for every
     /// label.
     #[inline(never)]
-    fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize, out: &mut [u8x16; LANES]) {
+    fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize, out: &mut [u8x16; BYTE_LANES]) {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];
         let sign = i8x16::splat(i8::MIN);
@@ -213,7 +215,7 @@ impl<'a> CostRows<'a> {
             }
         }
         for (k, out) in out.iter_mut().enumerate().take(LABELS) {
-            let row = |i: usize| window(&self.seen[(slots[i] * LABELS + k) * stride..], first);
+            let row = |i: usize| window(&self.sampled[(slots[i] * LABELS + k) * stride..], first);
             let middle = lanes(row(RADIUS), RADIUS);
             let mut count = i8x16::splat(0);
             for (i, darker) in darker.iter().enumerate() {
@@ -229,7 +231,7 @@ impl<'a> CostRows<'a> {
         for _ in 0..4 {
             let from = *out;
             for (i, out) in out.chunks_exact_mut(2).enumerate() {
-                let [a, b] = [from[i], from[i + LANES / 2]];
+                let [a, b] = [from[i], from[i + BYTE_LANES / 2]];
                 out.copy_from_slice(&[u8x16::unpack_low(a, b), u8x16::unpack_high(a, b)]);
             }
         }
@@ -242,25 +244,25 @@ fn slot(y: usize) -> usize {
 
 /// All of a row that windows around 16 pixels from `first` on contain.
 #[inline(always)]
-fn window(row: &[u8], first: usize) -> &[u8; LANES + 2 * RADIUS] {
-    row.get(first - RADIUS..).and_then(<[u8]>::first_chunk).unwrap_or(&[0; LANES + 2 * RADIUS])
+fn window(row: &[u8], first: usize) -> &[u8; BYTE_LANES + 2 * RADIUS] {
+    row.get(first - RADIUS..).and_then(<[u8]>::first_chunk).unwrap_or(&[0; BYTE_LANES + 2 * RADIUS])
 }
 
 #[inline(always)]
-fn lanes(window: &[u8; LANES + 2 * RADIUS], dx: usize) -> i8x16 {
-    bytemuck::cast(window[dx..].first_chunk::<LANES>().copied().unwrap_or_default())
+fn lanes(window: &[u8; BYTE_LANES + 2 * RADIUS], dx: usize) -> i8x16 {
+    bytemuck::cast(window[dx..].first_chunk::<BYTE_LANES>().copied().unwrap_or_default())
 }
 
 impl Search<'_> {
-    /// The motion of a pixel, in pixels of the search per label; `inverse` is that of the scale.
+    /// The epipolar line of a pixel, in pixels of the search per label; `inverse` is that of the scale.
     #[inline(always)]
-    fn motion(&self, x: usize, y: usize, inverse: f32) -> Motion {
+    fn line(&self, x: usize, y: usize, inverse: f32) -> EpipolarLine {
         // Blocks are looked up at one of their pixels, which is not quite the middle.
         let shift = (self.scale / 2) as f32;
-        let motion = self.field.motion(x, y, self.scale);
-        Motion {
-            place: motion.place.map(|p| (p - shift) * inverse),
-            direction: motion.direction.map(|d| d * (self.step * inverse)),
+        let line = self.lines.line(x, y, self.scale);
+        EpipolarLine {
+            place: line.place.map(|p| (p - shift) * inverse),
+            direction: line.direction.map(|d| d * (self.step * inverse)),
         }
     }
 }

@@ -1,48 +1,188 @@
-//! The search from small pictures to full size.
+//! The search from small images to full size: each level searches around the corrections of the coarser one.
 
 use super::census::{HALF, LABELS, Search};
-use super::consistency::{Map, consistent, solid};
-use super::epipolar_line::Field;
-use super::extrapolation::continued;
+use super::consistency::{INSIDE, Map, consistent, reliable};
+use super::epipolar_line::EpipolarLines;
+use super::extrapolation::extrapolated;
 use super::gray::{Gray, MARGIN};
 use super::semi_global::aggregate;
-use super::subpixel::{SPAN, polish};
-use crate::image::{marked, reserve, zeroed};
+use super::subpixel::{SPAN, refine_subpixel};
+use crate::image::{filled, marked, zeroed};
 use crate::observer::{Observer, report};
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
-/// Pictures are not made smaller than this, in pixels.
+/// Images are not made smaller than this, in pixels: fewer leave hardly any texture around a census window.
 const SMALLEST: usize = 32;
-/// Photos of more pixels are searched at half their size at most: what is gained at full size is hardly seen.
+/// Photos of more pixels are searched at half their size at most, to bound time and memory: there, the last level gains
+/// little.
 const MOST: usize = 6_000_000;
-/// Of the pixels that are seen in the other photo one in so many has to be trusted for the others to keep their matches.
+/// Of the pixels inside the other photo one in so many has to be reliable for the others to keep their matches. Tuned on the
+/// evaluation cases.
 const FEW: usize = 5;
-/// Share of the diagonal over which corrections fade into the prior where nothing is known.
+/// Share of the diagonal over which corrections fade into the prior where nothing is known. Tuned on the evaluation cases.
 const FADING: f32 = 0.05;
 
-/// One photo and its map to the other.
+/// One photo, and the correction of its map. Corrections are in pixels along the epipolar line.
 pub(super) struct Side<'a> {
-    field: Field<'a>,
+    lines: EpipolarLines<'a>,
     /// The photo, then halves.
     pyramid: Vec<Gray>,
-    /// Corrections at the level that was searched last, in pixels of motion.
+    /// Corrections at the level that was searched last.
     shifts: Vec<f32>,
-    /// Where they are believed.
-    trusted: Vec<u8>,
-    /// The inverse depth they make.
+    /// Where they are reliable.
+    reliable: Vec<u8>,
+    /// The corrected inverse depth.
     depth: Vec<f32>,
 }
 
-/// A refined map, and where it is believed.
-pub(super) struct Found {
+/// A refined map, and where it is reliable.
+pub(super) struct Corrected {
     pub depth: InverseDepth,
-    pub trusted: Mask,
+    pub reliable: Mask,
+}
+
+/// What is searched, and how much the prior counts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SearchOptions {
+    /// Farthest from the prior, in pixels along the epipolar line.
+    pub range: f32,
+    /// Cost of any label but the prior's own.
+    pub leaving_cost: u8,
+    /// Whether matches are kept wherever there are some, even if they fail the left–right check.
+    pub weak_prior: bool,
+    /// Pixels along the epipolar line per label at full size.
+    pub finest: f32,
+}
+
+/// Corrects the maps of both photos.
+pub(super) fn coarse_to_fine(
+    mut sides: [Side<'_>; 2],
+    options: SearchOptions,
+    observer: &mut dyn Observer,
+) -> Result<[Corrected; 2]> {
+    // The finest level that is searched: the full size, or half of it.
+    let last = usize::from(sides.iter().any(|side| side.pixels() > MOST));
+    build_pyramids(&mut sides, last, options.range)?;
+    let levels = sides[0].pyramid.len();
+    let last = last.min(levels - 1);
+    // Of the work, of one side: all levels and both sides make up 1 at most.
+    let share = |level: usize| 0.375 / (1u64 << (2 * (level - last))) as f32;
+    let mut done = 0.0;
+    for level in (last..levels).rev() {
+        let step = if level == last { options.finest } else { 1.0 } * (1 << level) as f32;
+        let part = share(level);
+        search(&mut sides, level, step, options, &mut |side, fraction| {
+            report(observer, Stage::Refine, done + (side as f32 + fraction) * part)
+        })?;
+        done += 2.0 * part;
+        let keep_matches = options.weak_prior || level == last && options.leaving_cost == 0;
+        check_and_extrapolate(&mut sides, level, keep_matches)?;
+    }
+    for i in 0..2 {
+        report(observer, Stage::Refine, done)?;
+        let shifts = subpixel_shifts(&mut sides, i, last, options)?;
+        sides[i].correct(last, shifts)?;
+    }
+    if last > 0 {
+        sides.iter_mut().try_for_each(Side::upsample_to_full_size)?;
+    }
+    Ok(sides.map(|side| {
+        let (width, height) = (side.lines.prior.width(), side.lines.prior.height());
+        let reliable = Mask { data: side.reliable, width, height };
+        Corrected { depth: InverseDepth::from_values(side.depth, width, height), reliable }
+    }))
+}
+
+/// Adds levels until `last` is there and the labels of the coarsest reach `range`, or the images get too small.
+fn build_pyramids(sides: &mut [Side<'_>; 2], last: usize, range: f32) -> Result<()> {
+    let small = |sides: &[Side<'_>; 2]| {
+        sides.iter().any(|side| side.pyramid.last().is_none_or(|g| g.width.min(g.height) < 2 * SMALLEST))
+    };
+    while (sides[0].pyramid.len() <= last || range > (HALF << (sides[0].pyramid.len() - 1)) as f32) && !small(sides) {
+        sides.iter_mut().try_for_each(Side::add_level)?;
+    }
+    Ok(())
+}
+
+/// Searches both photos at `level`, `step` pixels per label, around the corrections of the level above.
+fn search(
+    sides: &mut [Side<'_>; 2],
+    level: usize,
+    step: f32,
+    SearchOptions { range, leaving_cost, .. }: SearchOptions,
+    progress: &mut dyn FnMut(usize, f32) -> Result<()>,
+) -> Result<()> {
+    let scale = 1 << level;
+    let mut found: [Vec<f32>; 2] = Default::default();
+    for (i, found) in found.iter_mut().enumerate() {
+        let (own, other) = (&sides[i], &sides[1 - i]);
+        let middle = labels(&own.shifts_at(level)?, step)?;
+        let (from, to, lines) = (&own.pyramid[level], &other.pyramid[level], &own.lines);
+        let search = Search { from, to, lines, scale, step, middle: &middle, range, leaving_cost, every: 1 };
+        *found = aggregate(&search, &mut |fraction| progress(i, fraction))?;
+    }
+    sides.iter_mut().zip(found).try_for_each(|(side, found)| side.correct(level, found))
+}
+
+/// The labels nearest to shifts.
+fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
+    let mut labels = zeroed(shifts.len())?;
+    for (label, shift) in labels.iter_mut().zip(shifts) {
+        *label = (shift / step + 0.5).floor() as i16;
+    }
+    Ok(labels)
+}
+
+/// Pixels that pass the left–right check among enough others are reliable; their corrections are extrapolated to all others.
+/// With `keep_matches`, and unless few are reliable, pixels inside the other photo keep what was found.
+fn check_and_extrapolate(sides: &mut [Side<'_>; 2], level: usize, keep_matches: bool) -> Result<()> {
+    let scale = 1 << level;
+    let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
+        depth: &side.depth,
+        width: side.pyramid[level].width,
+        scale,
+        model: side.lines.model,
+    });
+    let marks = [consistent(&a, &b)?, consistent(&b, &a)?];
+    for (side, marks) in sides.iter_mut().zip(marks) {
+        let Gray { width, height, .. } = side.pyramid[level];
+        side.reliable = reliable(&marks, width, height)?;
+        let reach = FADING * ((width * width + height * height) as f32).sqrt();
+        let smooth = extrapolated(&side.lines, &side.shifts, &side.reliable, (width, height, scale), reach)?;
+        let keep = keep_matches && marked(&side.reliable) * FEW > marked(&marks);
+        let corrected = side.shifts.iter_mut().zip(&mut side.depth);
+        for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&marks) {
+            if *shift != smooth && !(keep && mark >= INSIDE) {
+                (*shift, *depth) = (smooth, f32::NAN);
+            }
+        }
+        side.update_depth(level);
+    }
+    Ok(())
+}
+
+/// The corrections of side `i` at `level`, which it gives away, refined to a fraction of a pixel.
+fn subpixel_shifts(
+    sides: &mut [Side<'_>; 2],
+    i: usize,
+    level: usize,
+    SearchOptions { range, leaving_cost, .. }: SearchOptions,
+) -> Result<Vec<f32>> {
+    let mut shifts = std::mem::take(&mut sides[i].shifts);
+    let scale = 1 << level;
+    let step = SPAN / (LABELS - 1) as f32 * scale as f32;
+    let middle = labels(&shifts, step)?;
+    let (own, other) = (&sides[i], &sides[1 - i]);
+    let (from, to, lines) = (&own.pyramid[level], &other.pyramid[level], &own.lines);
+    let search = Search { from, to, lines, scale, step, middle: &middle, range, leaving_cost, every: LABELS - 1 };
+    refine_subpixel(&search, &mut shifts, &own.reliable)?;
+    Ok(shifts)
 }
 
 impl<'a> Side<'a> {
-    pub fn new(field: Field<'a>, image: &ImageView<'_>) -> Result<Self> {
+    pub fn new(lines: EpipolarLines<'a>, image: &ImageView<'_>) -> Result<Self> {
         let pyramid = vec![Gray::new(image)?];
-        Ok(Self { field, pyramid, shifts: Vec::new(), trusted: Vec::new(), depth: Vec::new() })
+        Ok(Self { lines, pyramid, shifts: Vec::new(), reliable: Vec::new(), depth: Vec::new() })
     }
 
     fn add_level(&mut self) -> Result<()> {
@@ -55,9 +195,8 @@ impl<'a> Side<'a> {
         self.pyramid.first().map_or(0, |photo| photo.width * photo.height)
     }
 
-    /// The corrections of the level above, one for each pixel of `level`: of the four nearest that of the pixel that looks
-    /// most alike. 0 when that level was not searched.
-    #[inline(never)]
+    /// The corrections of the level above, upsampled to `level`: of the four nearest pixels that of the one whose gray value
+    /// is most alike. 0 when that level was not searched.
     fn shifts_at(&self, level: usize) -> Result<Vec<f32>> {
         let own = &self.pyramid[level];
         let mut shifts = zeroed(own.width * own.height)?;
@@ -84,132 +223,36 @@ impl<'a> Side<'a> {
         Ok(shifts)
     }
 
-    /// Takes on corrections for `level`.
+    /// Sets the corrections, those of `level`, and the inverse depth they make.
     fn correct(&mut self, level: usize, shifts: Vec<f32>) -> Result<()> {
+        // Freed before the next one is made.
         self.depth = Vec::new();
-        reserve(&mut self.depth, shifts.len())?;
-        self.depth.resize(shifts.len(), f32::NAN);
+        self.depth = filled(shifts.len(), f32::NAN)?;
         self.shifts = shifts;
-        self.apply(level);
+        self.update_depth(level);
         Ok(())
     }
 
     /// Makes the inverse depth of the corrections at `level`, where there is none yet.
-    #[inline(never)]
-    fn apply(&mut self, level: usize) {
+    fn update_depth(&mut self, level: usize) {
         let width = self.pyramid[level].width;
         for (y, (out, shifts)) in self.depth.chunks_exact_mut(width).zip(self.shifts.chunks_exact(width)).enumerate() {
             for (x, (out, &shift)) in out.iter_mut().zip(shifts).enumerate().filter(|(_, (out, _))| out.is_nan()) {
-                *out = self.field.moved(x, y, 1 << level, shift);
+                *out = self.lines.depth_at(x, y, 1 << level, shift);
             }
         }
     }
-}
 
-/// How far from the prior is searched.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Reach {
-    /// Farthest, in pixels of motion.
-    pub range: f32,
-    /// Cost of leaving the prior at all.
-    pub stay: u8,
-    /// Whether the prior is but a guess.
-    pub guess: bool,
-    /// Pixels of motion per label at full size.
-    pub finest: f32,
-}
-
-/// The labels nearest to shifts.
-#[inline(never)]
-fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
-    let mut labels = zeroed(shifts.len())?;
-    for (label, shift) in labels.iter_mut().zip(shifts) {
-        *label = (shift / step + 0.5).floor() as i16;
-    }
-    Ok(labels)
-}
-
-/// Corrects the maps of both photos.
-pub(super) fn coarse_to_fine(
-    mut sides: [Side<'_>; 2],
-    Reach { range, stay, guess, finest }: Reach,
-    observer: &mut dyn Observer,
-) -> Result<[Found; 2]> {
-    let small = |sides: &[Side<'_>; 2]| {
-        sides.iter().any(|side| side.pyramid.last().is_none_or(|g| g.width.min(g.height) < 2 * SMALLEST))
-    };
-    let last = usize::from(sides.iter().any(|side| side.pixels() > MOST));
-    while (sides[0].pyramid.len() <= last || range > (HALF << (sides[0].pyramid.len() - 1)) as f32) && !small(&sides) {
-        sides.iter_mut().try_for_each(Side::add_level)?;
-    }
-    let levels = sides[0].pyramid.len();
-    let last = last.min(levels - 1);
-    // Of the work, of one side: all levels and both sides make up 1 at most.
-    let share = |level: usize| 0.375 / (1u64 << (2 * (level - last))) as f32;
-    let mut done = 0.0;
-    for level in (last..levels).rev() {
-        let scale = 1 << level;
-        let step = if level == last { finest } else { 1.0 } * scale as f32;
-        let mut found: [Vec<f32>; 2] = Default::default();
-        for (found, [own, other]) in found.iter_mut().zip([[0, 1], [1, 0]].map(|pair| pair.map(|i| &sides[i]))) {
-            let middle = labels(&own.shifts_at(level)?, step)?;
-            let (from, to) = (&own.pyramid[level], &other.pyramid[level]);
-            let search = Search { from, to, field: &own.field, scale, step, middle: &middle, range, stay, every: 1 };
-            *found = aggregate(&search, &mut |part| report(observer, Stage::Refine, done + part * share(level)))?;
-            done += share(level);
+    /// Takes corrections and reliable pixels from half the size to the whole.
+    fn upsample_to_full_size(&mut self) -> Result<()> {
+        self.correct(0, self.shifts_at(0)?)?;
+        let (photo, half) = (&self.pyramid[0], &self.pyramid[1]);
+        let mut reliable = zeroed(photo.width * photo.height)?;
+        for (y, row) in reliable.chunks_exact_mut(photo.width).enumerate() {
+            let halves = &self.reliable[y / 2 * half.width..];
+            row.iter_mut().enumerate().for_each(|(x, reliable)| *reliable = halves[x / 2]);
         }
-        for (side, found) in sides.iter_mut().zip(found) {
-            side.correct(level, found)?;
-        }
-        let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
-            depth: &side.depth,
-            width: side.pyramid[level].width,
-            scale,
-            model: side.field.model,
-        });
-        let agree = [consistent(&a, &b)?, consistent(&b, &a)?];
-        for (side, agree) in sides.iter_mut().zip(agree) {
-            let Gray { width, height, .. } = side.pyramid[level];
-            side.trusted = solid(&agree, width, height)?;
-            let reach = FADING * ((width * width + height * height) as f32).sqrt();
-            let smooth = continued(&side.field, &side.shifts, &side.trusted, (width, height, scale), reach)?;
-            let keep = (guess || level == last && stay == 0) && marked(&side.trusted) * FEW > marked(&agree);
-            let corrected = side.shifts.iter_mut().zip(&mut side.depth);
-            for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&agree) {
-                if *shift != smooth && !(keep && mark != 0) {
-                    (*shift, *depth) = (smooth, f32::NAN);
-                }
-            }
-            side.apply(level);
-        }
+        self.reliable = reliable;
+        Ok(())
     }
-    for i in 0..2 {
-        report(observer, Stage::Refine, done)?;
-        let mut shifts = std::mem::take(&mut sides[i].shifts);
-        let scale = 1 << last;
-        let step = SPAN / (LABELS - 1) as f32 * scale as f32;
-        let middle = labels(&shifts, step)?;
-        let (own, other) = (&sides[i], &sides[1 - i]);
-        let (from, to, field) = (&own.pyramid[last], &other.pyramid[last], &own.field);
-        let search = Search { from, to, field, scale, step, middle: &middle, range, stay, every: LABELS - 1 };
-        polish(&search, &mut shifts, &own.trusted)?;
-        sides[i].correct(last, shifts)?;
-    }
-    if last > 0 {
-        for side in &mut sides {
-            side.correct(0, side.shifts_at(0)?)?;
-            let (photo, half) = (&side.pyramid[0], &side.pyramid[1]);
-            let mut trusted = zeroed(photo.width * photo.height)?;
-            for (y, row) in trusted.chunks_exact_mut(photo.width).enumerate() {
-                let halves = &side.trusted[y / 2 * half.width..];
-                row.iter_mut().enumerate().for_each(|(x, trusted)| *trusted = halves[x / 2]);
-            }
-            side.trusted = trusted;
-        }
-    }
-    Ok(sides.map(|side| {
-        let (width, height) = (side.field.prior.width(), side.field.prior.height());
-        let trusted = Mask { data: side.trusted, width, height };
-        Found { depth: InverseDepth::from_values(side.depth, width, height), trusted }
-    }))
 }

@@ -1,4 +1,4 @@
-//! Where the two refined maps agree.
+//! The left–right check: where the two refined maps agree.
 
 use crate::Result;
 use crate::geometry::Model;
@@ -12,23 +12,23 @@ pub(super) struct Map<'a> {
     pub model: &'a Model,
 }
 
-/// How far along and across the epipolar line a pixel may come back from itself, in pixels of the map: depth only has a
-/// say along it, the two models do not quite agree across it.
+/// How far from itself a pixel may come back, in pixels of the map, along and across the epipolar line: depth only moves it
+/// along the line; across it the two models need not quite agree.
 const TOLERANCE: [f64; 2] = [1.0, 4.0];
 
-/// A pixel that its map sends into the other photo, and one that the other photo's map sends back from there.
-const SEEN: u8 = 1;
-const AGREES: u8 = 255;
+/// A pixel that its map projects into the other photo, and one that the other photo's map projects back from there.
+pub(super) const INSIDE: u8 = 1;
+pub(super) const CONSISTENT: u8 = 255;
 
-/// Marks the pixels of one photo that are [`SEEN`] in the other, or even [`AGREES`].
+/// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`].
 #[inline(never)]
 pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
     let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;
-    let mut agree: Vec<u8> = zeroed(own.depth.len())?;
-    for (y, (agree, depths)) in agree.chunks_exact_mut(own.width).zip(own.depth.chunks_exact(own.width)).enumerate() {
+    let mut marks: Vec<u8> = zeroed(own.depth.len())?;
+    for (y, (marks, depths)) in marks.chunks_exact_mut(own.width).zip(own.depth.chunks_exact(own.width)).enumerate() {
         let y = y as f64 * scale + middle;
-        for (x, (agree, &d)) in agree.iter_mut().zip(depths).enumerate() {
+        for (x, (mark, &d)) in marks.iter_mut().zip(depths).enumerate() {
             let x = x as f64 * scale + middle;
             let [u, v, w] = own.model.transform(x, y, f64::from(d));
             let third = if w > 0.0 { 1.0 / w } else { continue };
@@ -38,7 +38,7 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
                 continue;
             }
             let Some(&there) = other.depth.get(bv as usize * other.width + bu as usize) else { continue };
-            *agree = SEEN;
+            *mark = INSIDE;
             let [bx, by, bw] = other.model.transform(u, v, f64::from(there));
             let third = if bw > 0.0 { 1.0 / bw } else { continue };
             let (bx, by) = (bx * third, by * third);
@@ -47,11 +47,11 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
             let (along, across) = (dx * gx + dy * gy, dx * gy - dy * gx);
             let square = gx * gx + gy * gy;
             if within(along, TOLERANCE[0], square) && within(across, TOLERANCE[1], square) {
-                *agree = AGREES;
+                *mark = CONSISTENT;
             }
         }
     }
-    Ok(agree)
+    Ok(marks)
 }
 
 /// Whether a product with a vector of this square is that of no more than `most`.
@@ -60,26 +60,26 @@ fn within(product: f64, most: f64, square: f64) -> bool {
     product * product <= most * most * square
 }
 
-/// Half the window of [`solid`].
+/// Half the window of [`reliable`].
 const RADIUS: usize = 2;
-/// Of the window's pixels that many have to agree: a third.
+/// Of the window's pixels more than a third have to be consistent. Tuned on the evaluation cases.
 const ENOUGH: u32 = ((2 * RADIUS + 1) * (2 * RADIUS + 1)) as u32 / 3;
 
-/// The pixels that agree with enough others around: agreement of single pixels is chance.
-pub(super) fn solid(marks: &[u8], width: usize, height: usize) -> Result<Vec<u8>> {
-    let mut kept: Vec<u8> = zeroed(marks.len())?;
+/// Reliable pixels: consistent ones among enough others, as single pixels may pass the check by chance.
+pub(super) fn reliable(marks: &[u8], width: usize, height: usize) -> Result<Vec<u8>> {
+    let mut reliable: Vec<u8> = zeroed(marks.len())?;
     let mut columns = vec![0u32; width + 2 * RADIUS];
     for y in 0..height {
         let window = y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(height);
         for (x, column) in columns[RADIUS..RADIUS + width].iter_mut().enumerate() {
-            *column = window.clone().map(|y| u32::from(marks[y * width + x] == AGREES)).sum();
+            *column = window.clone().map(|y| u32::from(marks[y * width + x] == CONSISTENT)).sum();
         }
         for (x, around) in columns.windows(2 * RADIUS + 1).enumerate() {
             let at = y * width + x;
-            if marks[at] == AGREES && around.iter().sum::<u32>() > ENOUGH {
-                kept[at] = 255;
+            if marks[at] == CONSISTENT && around.iter().sum::<u32>() > ENOUGH {
+                reliable[at] = 255;
             }
         }
     }
-    Ok(kept)
+    Ok(reliable)
 }

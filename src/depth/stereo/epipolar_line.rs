@@ -1,26 +1,26 @@
-//! Where the prior sends each pixel, and along which line its depth moves it.
+//! Where the prior projects each pixel in the other photo, and the epipolar line along which depth moves that projection.
 
 use crate::InverseDepth;
 use crate::geometry::Model;
 
-/// A place in the other photo and the epipolar line through it.
+/// A projection in the other photo and the epipolar line through it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Motion {
-    /// Where the prior sends the pixel; NaN behind the camera or without depth.
+pub(super) struct EpipolarLine {
+    /// The projection by the prior; NaN behind the camera or without depth.
     pub place: [f32; 2],
-    /// Unit vector along the line towards larger inverse depth; zero where depth hardly moves the pixel.
+    /// Unit vector along the line towards larger inverse depth; zero where depth hardly moves the projection.
     pub direction: [f32; 2],
 }
 
-/// The map of one direction.
-pub(super) struct Field<'a> {
+/// The epipolar lines of all pixels of one photo.
+pub(super) struct EpipolarLines<'a> {
     pub model: &'a Model,
     pub prior: &'a InverseDepth,
-    /// Motion per inverse depth below which depth has no say.
+    /// Parallax per inverse depth, in pixels, below which depth does not count.
     least: f64,
 }
 
-impl<'a> Field<'a> {
+impl<'a> EpipolarLines<'a> {
     pub fn new(model: &'a Model, prior: &'a InverseDepth) -> Self {
         let (mut least, mut most) = (f32::MAX, f32::MIN);
         for &d in prior.data() {
@@ -44,8 +44,8 @@ impl<'a> Field<'a> {
         self.prior.data()[y * self.prior.width() + x]
     }
 
-    /// The homogeneous image of a block by the prior, how it moves with inverse depth, times the third coordinate squared,
-    /// and the length of that; `None` behind the camera.
+    /// The homogeneous image of a block by the prior, the derivative of its projection by inverse depth, times the third
+    /// coordinate squared, and the length of that; `None` behind the camera.
     #[inline(always)]
     fn trace(&self, x: usize, y: usize, scale: usize) -> Option<([f64; 3], [f64; 2], f64)> {
         let d = f64::from(self.prior_of(x, y, scale));
@@ -57,20 +57,20 @@ impl<'a> Field<'a> {
         (w > 0.0).then_some(([u, v, w], slope, length))
     }
 
-    /// Motion of a block.
+    /// The epipolar line of a block.
     #[inline(always)]
-    pub fn motion(&self, x: usize, y: usize, scale: usize) -> Motion {
+    pub fn line(&self, x: usize, y: usize, scale: usize) -> EpipolarLine {
         let Some(([u, v, w], slope, length)) = self.trace(x, y, scale) else {
-            return Motion { place: [f32::NAN; 2], direction: [0.0; 2] };
+            return EpipolarLine { place: [f32::NAN; 2], direction: [0.0; 2] };
         };
         let inverse = 1.0 / w;
         let unit = if length > self.least * w * w { 1.0 / length } else { 0.0 };
-        Motion { place: [u, v].map(|p| (p * inverse) as f32), direction: slope.map(|s| (s * unit) as f32) }
+        EpipolarLine { place: [u, v].map(|p| (p * inverse) as f32), direction: slope.map(|s| (s * unit) as f32) }
     }
 
-    /// Inverse depth that sends a block `shift` pixels farther along its epipolar line than the prior does.
+    /// Inverse depth that projects a block `shift` pixels farther along its epipolar line than the prior does.
     #[inline(always)]
-    pub fn moved(&self, x: usize, y: usize, scale: usize, shift: f32) -> f32 {
+    pub fn depth_at(&self, x: usize, y: usize, scale: usize, shift: f32) -> f32 {
         let (prior, t) = (self.prior_of(x, y, scale), f64::from(shift));
         if t == 0.0 {
             return prior;
@@ -84,7 +84,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Motion per inverse depth in the middle of the photo.
+    /// Parallax per inverse depth, in pixels, in the middle of the photo.
     pub fn typical_slope(&self) -> f32 {
         let (x, y) = (self.prior.width() / 2, self.prior.height() / 2);
         self.trace(x, y, 1).map_or(0.0, |([_, _, w], _, length)| (length / (w * w)) as f32)

@@ -1,40 +1,41 @@
-//! Continues corrections from where they are trusted to where they are not.
+//! Extrapolates corrections from reliable pixels to all others.
 
-use super::epipolar_line::Field;
+use super::epipolar_line::EpipolarLines;
 use crate::Result;
 use crate::image::{reserve, zeroed};
 
-/// Pixels of parallax between neighbours that make half an edge.
+/// Difference of parallax between neighbours, in pixels, that halves how strongly they are linked. Tuned on the evaluation
+/// cases.
 const EDGE: f32 = 0.5;
 
 struct Layer {
     width: usize,
     height: usize,
     shift: Vec<f32>,
-    trusted: Vec<u8>,
-    /// How strongly each pixel holds on to the one to the right and to the one below, and by what the sum of all that pulls
-    /// at it is to be multiplied; that is 0 where nothing pulls.
+    reliable: Vec<u8>,
+    /// Weights of the links to the pixel to the right and to the one below, and the inverse of the sum of all that act on the
+    /// pixel; 0 where its value is fixed.
     links: Vec<[f32; 3]>,
 }
 
-/// The shifts, those that are not trusted replaced by a membrane that is held at the trusted ones, torn where the prior has an
-/// edge, and drawn to zero over `reach` pixels.
+/// The shifts, those that are not reliable replaced by a membrane (a discrete Poisson equation, solved from coarse to fine)
+/// that is fixed at the reliable ones, torn where the prior has an edge, and drawn to zero over `reach` pixels.
 #[inline(never)]
-pub(super) fn continued(
-    field: &Field<'_>,
+pub(super) fn extrapolated(
+    lines: &EpipolarLines<'_>,
     shifts: &[f32],
-    trusted: &[u8],
+    reliable: &[u8],
     (width, height, scale): (usize, usize, usize),
     reach: f32,
 ) -> Result<Vec<f32>> {
-    let per_depth = field.typical_slope();
+    let per_depth = lines.typical_slope();
     let mut guide = Vec::new();
     reserve(&mut guide, width * height)?;
     for y in 0..height {
-        guide.extend((0..width).map(|x| field.prior_of(x, y, scale) * per_depth));
+        guide.extend((0..width).map(|x| lines.prior_of(x, y, scale) * per_depth));
     }
     let mut layers = Vec::new();
-    let mut next = Layer { width, height, shift: copy(shifts)?, trusted: copy(trusted)?, links: Vec::new() };
+    let mut next = Layer { width, height, shift: copy(shifts)?, reliable: copy(reliable)?, links: Vec::new() };
     let (mut edge, mut pixels) = (EDGE, 1.0);
     loop {
         next.link(&guide, edge, (pixels / reach) * (pixels / reach))?;
@@ -74,19 +75,20 @@ impl Layer {
             let mut left = 0.0;
             for x in 0..w {
                 let at = y * w + x;
-                let hold = |there: usize| {
-                    // Between pixels that are both trusted nothing is ever pulled.
-                    if self.trusted.get(there).is_none_or(|there| self.trusted[at] & there != 0) {
+                let weight = |there: usize| {
+                    // Both values are fixed.
+                    if self.reliable.get(there).is_none_or(|there| self.reliable[at] & there != 0) {
                         return 0.0;
                     }
                     let difference = guide[there] - guide[at];
-                    let hold = 1.0 / (1.0 + difference * difference * inverse);
-                    if hold > 0.0 { hold } else { 0.0 }
+                    let weight = 1.0 / (1.0 + difference * difference * inverse);
+                    // 0 for NaN.
+                    if weight > 0.0 { weight } else { 0.0 }
                 };
-                let right = if x + 1 < w { hold(at + 1) } else { 0.0 };
-                let below = hold(at + w);
+                let right = if x + 1 < w { weight(at + 1) } else { 0.0 };
+                let below = weight(at + w);
                 let above = if y > 0 { self.links[at - w][1] } else { 0.0 };
-                let all = if self.trusted[at] == 0 { 1.0 / (right + below + left + above + fade) } else { 0.0 };
+                let all = if self.reliable[at] == 0 { 1.0 / (right + below + left + above + fade) } else { 0.0 };
                 self.links[at] = [right, below, all];
                 left = right;
             }
@@ -97,7 +99,8 @@ impl Layer {
     /// The layer at half the size, and its guide.
     fn half(&self, guide: &mut Vec<f32>) -> Result<Layer> {
         let (w, h) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut half = Layer { width: w, height: h, shift: zeroed(w * h)?, trusted: zeroed(w * h)?, links: Vec::new() };
+        let mut half =
+            Layer { width: w, height: h, shift: zeroed(w * h)?, reliable: zeroed(w * h)?, links: Vec::new() };
         for y in 0..h {
             for x in 0..w {
                 let (mut sum, mut n, mut near) = (0.0, 0.0f32, 0.0);
@@ -105,7 +108,7 @@ impl Layer {
                     let (u, v) = ((2 * x + dx).min(self.width - 1), (2 * y + dy).min(self.height - 1));
                     let at = v * self.width + u;
                     near += 0.25 * guide[at];
-                    if self.trusted[at] != 0 {
+                    if self.reliable[at] != 0 {
                         sum += self.shift[at];
                         n += 1.0;
                     }
@@ -114,7 +117,7 @@ impl Layer {
                 // Written where nothing is read any more.
                 guide[at] = near;
                 half.shift[at] = sum / n.max(1.0);
-                half.trusted[at] = u8::from(n > 0.0);
+                half.reliable[at] = u8::from(n > 0.0);
             }
         }
         guide.truncate(w * h);
@@ -125,14 +128,14 @@ impl Layer {
         for y in 0..self.height {
             for x in 0..self.width {
                 let at = y * self.width + x;
-                if self.trusted[at] == 0 {
+                if self.reliable[at] == 0 {
                     self.shift[at] = coarser.map_or(0.0, |c| c.shift[y / 2 * c.width + x / 2]);
                 }
             }
         }
     }
 
-    /// One sweep of Gauss and Seidel down, one up.
+    /// One sweep of Gauss–Seidel down, one up.
     #[inline(never)]
     fn relax(&mut self) {
         let (w, n) = (self.width, self.shift.len());

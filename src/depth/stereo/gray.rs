@@ -1,14 +1,13 @@
-//! Gray pictures for matching, from full size to small.
+//! Gray images for matching: a pyramid from full size to small, and bilinear sampling.
 
 use wide::{i16x8, i32x4};
 
 use crate::image::zeroed;
+use crate::lanes::BYTE_LANES;
 use crate::{ImageView, Result};
 
 /// Pixels beyond the left border that repeat it, and at least as many beyond the right, so that windows need no bounds.
 pub(super) const MARGIN: usize = 8;
-/// Pixels that are worked on at once.
-pub(super) const LANES: usize = 16;
 /// Binary digits after the point of a place in fixed point.
 pub(super) const FRACTION: i32 = 12;
 
@@ -46,7 +45,7 @@ impl Gray {
     }
 
     fn filled(width: usize, height: usize, mut fill: impl FnMut(usize, &mut [u8])) -> Result<Self> {
-        let stride = width.next_multiple_of(LANES) + 2 * MARGIN;
+        let stride = width.next_multiple_of(BYTE_LANES) + 2 * MARGIN;
         let mut data: Vec<u8> = zeroed(stride * height)?;
         for (y, row) in data.chunks_exact_mut(stride).enumerate() {
             fill(y, &mut row[MARGIN..MARGIN + width]);
@@ -63,7 +62,7 @@ impl Gray {
     }
 }
 
-/// A picture to be sampled: each pixel with those to the right, below, and below to the right, one to a byte. Beyond the
+/// An image to be sampled: each pixel with those to the right, below, and below to the right, one to a byte. Beyond the
 /// border, where there is no weight, is anything.
 pub(super) struct Corners {
     data: Vec<i32>,

@@ -12,9 +12,9 @@ use crate::image::zeroed;
 const BAND: usize = 128;
 const AHEAD: usize = 16;
 
-/// Penalty for a change by one label.
+/// Penalty for a change by one label (P1 in the reference). Tuned on the evaluation cases, as the one below.
 const SMALL: u8 = 5;
-/// Penalty for any larger change where brightness is even; it falls to half over ten grey levels.
+/// Penalty for any larger change (P2) where brightness is even; it falls to half over ten grey levels.
 const LARGE: f32 = 20.0;
 
 /// Path costs of a row for three paths, each pixel's least taken off: bytes that begin with the costs of what is beyond the
@@ -71,7 +71,7 @@ struct Pass {
     now: [PathRow; 3],
 }
 
-/// The best label of each pixel, to a fraction, as pixels of motion away from the prior.
+/// The best label of each pixel, to a fraction, as distance from the prior in pixels along the epipolar line.
 pub(super) fn aggregate(search: &Search<'_>, progress: &mut dyn FnMut(f32) -> Result<()>) -> Result<Vec<f32>> {
     let (w, h) = (search.from.width, search.from.height);
     let penalties: [u8; 256] =
@@ -223,7 +223,7 @@ const ORDER: [u16; 16] = {
     order
 };
 
-/// The best labels of row `y`, as pixels of motion, from the sums of the paths from above and from below.
+/// The best labels of row `y`, as pixels along the epipolar line, from the sums of the paths from above and from below.
 #[inline(never)]
 fn decide(search: &Search<'_>, y: usize, above: &[[u8x16; 2]], below: &[[u8x16; 2]], best: &mut [f32]) {
     let middle = &search.middle[y * search.from.width..];

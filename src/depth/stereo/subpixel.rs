@@ -1,5 +1,5 @@
-//! The last fraction of a pixel: what the gray values themselves say along the epipolar line (Lucas & Kanade 1981). Costs that
-//! count pixels are blind to it.
+//! Sub-pixel refinement: least-squares matching of gray values along the epipolar line (Lucas & Kanade 1981). Census costs,
+//! which count pixels, cannot resolve it.
 
 use wide::f32x4;
 
@@ -7,48 +7,48 @@ use super::census::{CostRows, LABELS, Search};
 use super::gray::MARGIN;
 use crate::Result;
 use crate::image::zeroed;
+use crate::lanes::LANES;
 
-/// Pixels between the two places of the other photo that a slope is taken from: the unit of all shifts below, the farthest
-/// that a shift is moved, and how far apart those of neighbours may be.
+/// Pixels between the two places of the other photo that a slope is taken from: the unit of all shifts below, the most that
+/// a shift changes, and how different those of neighbours may be. Tuned on the evaluation cases, as all below.
 pub(super) const SPAN: f32 = 0.8;
-/// Sum of squared slopes, in gray levels, that moves a shift by half of what it asks for, where the prior is not exact.
+/// Sum of squared slopes, in gray levels, at which half of the change is applied, where the prior is not exact.
 const DAMPING: f32 = 96.0;
-/// The same for what pulls each shift to those around it, per neighbour.
+/// Weight of the difference to each neighbour's shift, in the same unit.
 const COHESION: f32 = 10.0;
-/// How much a pixel counts whose shift is not trusted.
-const MISTRUST: f32 = 0.25;
+/// Weight of a pixel that is not reliable.
+const UNRELIABLE: f32 = 0.25;
 
 /// Half the window.
 const RADIUS: usize = 2;
 const ROWS: usize = 2 * RADIUS + 1;
-/// Pixels that are worked on at once, and zeros beyond the left border and at least beyond the right.
-const LANES: usize = 4;
-/// Values of a pixel: its shift; how much brighter the other photo is where it leads to, and how much brighter it becomes per
-/// shift; how much these two count.
+/// Values of a pixel: its shift; how much brighter the other photo is where it leads to, and the slope of that along the
+/// epipolar line; how much these two count. Rows have [`LANES`] zeros beyond the left border and at least as many beyond the
+/// right.
 const PLANES: usize = 4;
 
-/// Moves the shifts of all pixels, which are the middle labels of `search` and have [`SPAN`] pixels between the first and the
-/// last, to where the windows around them differ least from the other photo but for an offset, in least squares. A
-/// neighbour counts by how near its own shift is.
+/// Refines the shifts of all pixels by one Gauss–Newton step: they are the middle labels of `search`, of which the first and
+/// the last are [`SPAN`] pixels apart. It minimises the squared differences of the windows around them, but for an offset of
+/// brightness. A neighbour counts by how near its own shift is.
 #[inline(never)]
-pub(super) fn polish(search: &Search<'_>, shifts: &mut [f32], trusted: &[u8]) -> Result<()> {
+pub(super) fn refine_subpixel(search: &Search<'_>, shifts: &mut [f32], reliable: &[u8]) -> Result<()> {
     let (width, height) = (search.from.width, search.from.height);
     let stride = width.next_multiple_of(LANES) + 2 * LANES;
     let start = |y: usize| y * PLANES * stride + LANES;
     let mut data: Vec<f32> = zeroed(start(height + 2 * RADIUS))?;
     let span = search.step * (LABELS - 1) as f32;
     let per_span = 1.0 / span;
-    // What is nearly exact already could only be led astray by noise.
-    let stay = f32::from(search.stay.max(1));
-    let damping = DAMPING * stay * stay * stay;
+    // Noise would only spoil what is nearly exact already.
+    let cost = f32::from(search.leaving_cost.max(1));
+    let damping = DAMPING * cost * cost * cost;
     let mut source = CostRows::new(search)?;
     for y in 0..height {
-        source.see();
+        source.sample_row();
         let gray = &search.from.row(y as isize)[MARGIN..];
         for (x, &gray) in gray.iter().enumerate().take(width) {
             let (i, at) = (y * width + x, start(y + RADIUS) + x);
             let [a, b, counts] = source.ends(x);
-            let counts = if trusted[i] != 0 { counts } else { counts * MISTRUST };
+            let counts = if reliable[i] != 0 { counts } else { counts * UNRELIABLE };
             let values = [shifts[i] * per_span, 0.5 * (a + b) - f32::from(gray), b - a, counts];
             for (plane, value) in values.into_iter().enumerate() {
                 data[at + plane * stride] = value;
@@ -57,16 +57,16 @@ pub(super) fn polish(search: &Search<'_>, shifts: &mut [f32], trusted: &[u8]) ->
     }
     for (y, shifts) in shifts.chunks_exact_mut(width).enumerate() {
         for (block, shifts) in shifts.chunks_mut(LANES).enumerate() {
-            let by = moves(&data[start(y) - RADIUS + block * LANES..], stride, damping) * span;
+            let by = steps(&data[start(y) - RADIUS + block * LANES..], stride, damping) * span;
             shifts.iter_mut().zip(by.to_array()).for_each(|(shift, by)| *shift += by);
         }
     }
     Ok(())
 }
 
-/// How far the shifts of pixels next to each other are to be moved; their windows start at the first value.
+/// The changes of the shifts of pixels next to each other; their windows start at the first value.
 #[inline(never)]
-fn moves(data: &[f32], stride: usize, damping: f32) -> f32x4 {
+fn steps(data: &[f32], stride: usize, damping: f32) -> f32x4 {
     let load = |dx: usize, dy: usize, plane: usize| {
         let from = (dy * PLANES + plane) * stride + dx;
         f32x4::new(data.get(from..).and_then(<[f32]>::first_chunk).copied().unwrap_or_default())
