@@ -11,11 +11,11 @@ pub use matching::FeatureOptions;
 use crate::depth::RefineOptions;
 use crate::geometry::{Calibration, Estimate, EstimateOptions, Frame, Match, Threshold};
 use crate::metrics::{Quality, quality};
-use crate::mosaic::{BlendOptions, FillMethod, FillOptions, Guide, Mosaic, Rect, blend, crop, fill};
+use crate::mosaic::{BlendOptions, FillMethod, FillOptions, Guide, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::warp::{WarpOptions, Warped, check_budget, warp};
-use crate::{InverseDepth, Result, Stage, View};
+use crate::{InverseDepth, Rect, Result, Stage, View};
 use alignment::fit;
 
 /// Below this SSIM over the valid overlap the two photos hardly show the same thing.
@@ -168,7 +168,7 @@ pub fn stitch(
         let guide = Guide::new(&warped, &geometry.forward, reference)?;
         fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
     }
-    let crops = Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image)? };
+    let crops = Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image) };
     laps.end(Stage::Fill, observer);
 
     let warnings = remarks(geometry, &warped, &quality);

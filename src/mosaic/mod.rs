@@ -18,9 +18,5 @@ mod seam;
 mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-pub use crop::{Crop, Rect};
-pub use exposure::compensate;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::Guide;
-
-pub(crate) use canvas::check_canvas;

@@ -27,7 +27,7 @@ fn main() {
     };
     let photo = |name: &str| {
         let (width, height) = size(name);
-        Image { data: read(folder, name), width, height }
+        Image::new(read(folder, name), width, height).expect("a photo")
     };
     let (target, reference) = (photo("target"), photo("reference"));
     let depth = |name: &str, photo: &Image| {

@@ -209,7 +209,7 @@ pub(super) fn coarse_to_fine(
     }
     Ok(sides.map(|side| {
         let (width, height) = (side.field.prior.width(), side.field.prior.height());
-        let trusted = Mask { data: side.trusted, width, height };
+        let trusted = Mask::from_bytes(side.trusted, width, height);
         Found { depth: InverseDepth::from_values(side.depth, width, height), trusted }
     }))
 }
