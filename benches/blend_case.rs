@@ -3,7 +3,7 @@
 //!     cargo run --release --example blend-case -- OUT_DIR RUNS CASE_DIR...
 //!
 //! Writes, for every case, `OUT_DIR/NAME_*.png`: the warped target (alpha is validity) and the reference, which both sides
-//! compose, and of ours the adjusted target, the mosaic and the mask of which photo shows. Prints a line of JSON
+//! compose, and of ours the mosaic and the mask of which photo shows. Prints a line of JSON
 //! per case: its name, the reference's offset on the canvas, the gains, and the least of RUNS times.
 
 #[path = "../tests/cases/mod.rs"]
@@ -12,12 +12,12 @@ mod cases;
 use std::path::Path;
 use std::time::Instant;
 
+use depthstitch::Image;
 use depthstitch::View;
 use depthstitch::geometry::{Frame, estimate};
-use depthstitch::mosaic::{BlendOptions, blend, compensate};
+use depthstitch::mosaic::{BlendOptions, blend};
 use depthstitch::pipeline::Options;
 use depthstitch::warp::warp;
-use depthstitch::{Image, Mask};
 
 fn main() {
     let mut args = std::env::args().skip(1);
@@ -46,16 +46,14 @@ fn run(folder: &Path, out: &Path, runs: usize) {
         mosaic = blend(&warped, reference.image, None, &options, &mut ()).expect("a mosaic");
         best = best.min(start.elapsed().as_secs_f64() * 1e3);
     }
-    let (adjusted, _) = compensate(&warped, reference.image, options.exposure, &mut ()).expect("an exposure");
 
     let name = folder.file_name().expect("a name").to_string_lossy();
     let file = |what: &str| out.join(format!("{name}_{what}.png"));
     write(&file("warped"), &warped.image);
     write(&file("reference"), &case.reference);
-    write(&file("adjusted"), &adjusted);
     write(&file("mosaic"), &mosaic.image);
-    let Mask { data, width, height } = mosaic.seam;
-    let seam = image::GrayImage::from_raw(width as u32, height as u32, data).expect("a whole mask");
+    let (width, height) = (mosaic.seam.width() as u32, mosaic.seam.height() as u32);
+    let seam = image::GrayImage::from_raw(width, height, mosaic.seam.into_data()).expect("a whole mask");
     seam.save(file("seam")).expect("written");
     let json = serde_json::json!({
         "case": name, "offset": [warped.offset.0, warped.offset.1], "gains": mosaic.gains, "ms": best,

@@ -45,5 +45,5 @@ fn main() {
 fn photo(path: &str) -> Image {
     let image = image::open(path).unwrap_or_else(|e| panic!("{path}: {e}")).into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
-    Image { data: image.into_raw(), width, height }
+    Image::new(image.into_raw(), width, height).expect("a photo")
 }

@@ -9,7 +9,7 @@ fn main() {
     let path = std::env::args().nth(1).expect("usage: native-line-segments PHOTO");
     let image = image::open(&path).unwrap_or_else(|e| panic!("{path}: {e}")).into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
-    let image = Image { data: image.into_raw(), width, height };
+    let image = Image::new(image.into_raw(), width, height).expect("an image");
     let start = std::time::Instant::now();
     let segments = line_segments(image.view(), &LineSegmentOptions::default()).expect("the options are in range");
     let seconds = start.elapsed().as_secs_f64();

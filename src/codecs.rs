@@ -45,7 +45,7 @@ pub fn decode_image(bytes: &[u8], max_pixels: u64) -> Result<Image> {
     for i in raw.upright_indices() {
         data.extend(raw.rgba(i).map(to_eight));
     }
-    Ok(Image { data, width, height })
+    Ok(Image::from_bytes(data, width, height))
 }
 
 /// Decodes a PNG or JPEG to one channel, turned upright by its EXIF orientation. 8 bit stay 8, 16 bit stay 16. Colour

@@ -47,56 +47,138 @@ impl<'a> ImageView<'a> {
     }
 }
 
-/// An owned RGBA picture, 8 bit. In results alpha is validity: 255 where there is a picture, 0 elsewhere.
+/// An owned RGBA image, 8 bit, row by row from the top left. In results alpha is validity: 255 where there is a pixel, 0
+/// (and black) elsewhere.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
-    /// RGBA, 4·width·height bytes.
-    pub data: Vec<u8>,
-    /// Width in pixels.
-    pub width: usize,
-    /// Height in pixels.
-    pub height: usize,
+    data: Vec<u8>,
+    width: usize,
+    height: usize,
 }
 
 impl Image {
-    /// A fully transparent picture.
+    /// Wraps `data`, 4·width·height bytes.
     ///
     /// # Errors
-    /// `out-of-memory` when the allocator refuses.
-    pub fn transparent(width: usize, height: usize) -> Result<Self> {
-        Ok(Self { data: zeroed(4 * width * height)?, width, height })
+    /// `invalid-argument` for an empty side, `size-mismatch` for another length.
+    pub fn new(data: Vec<u8>, width: usize, height: usize) -> Result<Self> {
+        check_len("image", data.len(), width, height, 4)?;
+        Ok(Self { data, width, height })
     }
 
-    /// Borrows the picture.
+    /// A fully transparent image.
+    ///
+    /// # Errors
+    /// `invalid-argument` for an empty side, `out-of-memory` when the allocator refuses.
+    pub fn transparent(width: usize, height: usize) -> Result<Self> {
+        let bytes = area("image", width, height)?.saturating_mul(4);
+        Ok(Self { data: zeroed(bytes)?, width, height })
+    }
+
+    /// Wraps `data`, which the caller knows to be 4·width·height bytes.
+    pub(crate) fn from_bytes(data: Vec<u8>, width: usize, height: usize) -> Self {
+        debug_assert_eq!(data.len(), 4 * width * height);
+        Self { data, width, height }
+    }
+
+    /// Borrows the image.
     pub fn view(&self) -> ImageView<'_> {
         ImageView { data: &self.data, width: self.width, height: self.height }
     }
+
+    /// Bytes, RGBA.
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+    /// Bytes, RGBA.
+    pub fn data_mut(&mut self) -> &mut [u8] {
+        &mut self.data
+    }
+    /// Bytes, RGBA.
+    pub fn into_data(self) -> Vec<u8> {
+        self.data
+    }
+    /// Pixels, RGBA, row by row.
+    pub fn pixels(&self) -> &[[u8; 4]] {
+        self.data.as_chunks().0
+    }
+    /// Pixels, RGBA, row by row.
+    pub fn pixels_mut(&mut self) -> &mut [[u8; 4]] {
+        self.data.as_chunks_mut().0
+    }
+    /// Width in pixels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+    /// Height in pixels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
 }
 
-/// A mask, one byte per pixel: 0 is no, anything else (255 when made here) is yes.
+/// A mask, one byte per pixel, row by row from the top left: 0 is no, anything else (255 when made here) is yes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mask {
-    /// width·height bytes.
-    pub data: Vec<u8>,
-    /// Width in pixels.
-    pub width: usize,
-    /// Height in pixels.
-    pub height: usize,
+    data: Vec<u8>,
+    width: usize,
+    height: usize,
 }
 
 impl Mask {
+    /// Wraps `data`, width·height bytes.
+    ///
+    /// # Errors
+    /// `invalid-argument` for an empty side, `size-mismatch` for another length.
+    pub fn new(data: Vec<u8>, width: usize, height: usize) -> Result<Self> {
+        check_len("mask", data.len(), width, height, 1)?;
+        Ok(Self { data, width, height })
+    }
+
     /// A mask that is no everywhere.
     ///
     /// # Errors
-    /// `out-of-memory` when the allocator refuses.
+    /// `invalid-argument` for an empty side, `out-of-memory` when the allocator refuses.
     pub fn empty(width: usize, height: usize) -> Result<Self> {
-        Ok(Self { data: zeroed(width * height)?, width, height })
+        Ok(Self { data: zeroed(area("mask", width, height)?)?, width, height })
+    }
+
+    /// Wraps `data`, which the caller knows to be width·height bytes.
+    pub(crate) fn from_bytes(data: Vec<u8>, width: usize, height: usize) -> Self {
+        debug_assert_eq!(data.len(), width * height);
+        Self { data, width, height }
     }
 
     /// How many pixels are set.
     pub fn count(&self) -> usize {
         marked(&self.data)
     }
+
+    /// Bytes row by row.
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+    /// Bytes row by row.
+    pub fn data_mut(&mut self) -> &mut [u8] {
+        &mut self.data
+    }
+    /// Bytes row by row.
+    pub fn into_data(self) -> Vec<u8> {
+        self.data
+    }
+    /// Width in pixels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+    /// Height in pixels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+}
+
+/// width·height, or the largest number if that overflows.
+fn area(name: &'static str, width: usize, height: usize) -> Result<usize> {
+    check_sides(name, width, height)?;
+    Ok(width.saturating_mul(height))
 }
 
 /// How many are not 0.
@@ -252,12 +334,17 @@ fn resample(
 
 /// Checks that `len` values are what width × height × `channels` asks for, without overflow.
 pub(crate) fn check_len(name: &'static str, len: usize, width: usize, height: usize, channels: u64) -> Result<()> {
-    if width == 0 || height == 0 {
-        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 }.into());
-    }
+    check_sides(name, width, height)?;
     let expected = (width as u64).saturating_mul(height as u64).saturating_mul(channels);
     if len as u64 != expected {
         return Err(Error::SizeMismatch { name, expected, actual: len as u64 }.into());
+    }
+    Ok(())
+}
+
+fn check_sides(name: &'static str, width: usize, height: usize) -> Result<()> {
+    if width == 0 || height == 0 {
+        return Err(Error::InvalidArgument { name, expected: "at least one pixel wide and high", value: 0.0 }.into());
     }
     Ok(())
 }

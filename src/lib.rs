@@ -22,6 +22,7 @@ pub mod metrics;
 pub mod mosaic;
 pub mod observer;
 pub mod pipeline;
+mod rect;
 pub mod report;
 mod rows;
 mod sampler;
@@ -39,3 +40,4 @@ static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_all
 
 pub use error::{Error, Result, Stage};
 pub use image::{Image, ImageView, InverseDepth, Mask, View};
+pub use rect::Rect;

@@ -6,7 +6,7 @@ mod scene;
 use depthstitch::geometry::Threshold;
 use depthstitch::image::DepthKind;
 use depthstitch::pipeline::{Options, stitch};
-use depthstitch::{ImageView, InverseDepth, Result};
+use depthstitch::{Image, ImageView, InverseDepth, Mask, Result};
 use scene::{MatchOptions, Photos};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -52,7 +52,12 @@ fn buffers_whose_length_does_not_fit() {
     fn code<T>(result: Result<T>) -> &'static str {
         result.err().map_or("", |error| error.code())
     }
-    let photo = |len: usize, width: usize, height: usize| code(ImageView::new("target", &vec![0; len], width, height));
+    let photo = |len: usize, width: usize, height: usize| {
+        let borrowed = code(ImageView::new("target", &vec![0; len], width, height));
+        assert_eq!(code(Image::new(vec![0; len], width, height)), borrowed);
+        borrowed
+    };
+    let mask = |len: usize, width: usize, height: usize| code(Mask::new(vec![0; len], width, height));
     let map = |len: usize, size: (usize, usize)| {
         code(InverseDepth::new("targetDepth", &vec![1.0; len], size, DepthKind::Metric, None, (3, 2)))
     };
@@ -66,6 +71,16 @@ fn buffers_whose_length_does_not_fit() {
         assert_eq!(photo(0, width, height), "invalid-argument");
         assert_eq!(map(0, (width, height)), "invalid-argument");
     }
+    assert_eq!(mask(6, 3, 2), "");
+    for len in [0, 5, 7, 24] {
+        assert_eq!(mask(len, 3, 2), "size-mismatch", "{len}");
+    }
+    for (width, height) in [(0, 2), (3, 0)] {
+        assert_eq!(mask(0, width, height), "invalid-argument");
+        assert_eq!(code(Mask::empty(width, height)), "invalid-argument");
+        assert_eq!(code(Image::transparent(width, height)), "invalid-argument");
+    }
+    assert_eq!(code(Image::transparent(usize::MAX, 2)), "out-of-memory");
     assert_eq!(map(6, (3, 2)), "");
     assert_eq!(map(1, (1, 1)), "");
     for len in [0, 5, 7, 24] {

@@ -26,7 +26,7 @@ fn stage(valid: impl Fn(usize, usize) -> bool, target: impl Fn(usize, usize) -> 
         // Colours under alpha 0 must not matter.
         if valid(x, y) { [r, g, b, 255] } else { [255, 0, (x * y) as u8, 0] }
     });
-    let footprint = Mask { data: pixels(&image).iter().map(|p| p[3]).collect(), width: CANVAS.0, height: CANVAS.1 };
+    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), CANVAS.0, CANVAS.1).unwrap();
     Warped { image, footprint, depth: None, offset: (LEFT, 0), clipped: false }
 }
 
@@ -68,7 +68,7 @@ fn photos_that_agree_come_out_as_they_are() {
             let (x, y) = (i % CANVAS.0, i / CANVAS.0);
             let [r, g, b] = texture(x, y);
             assert_eq!(*pixel, [r, g, b, 255], "at {x}, {y} with {options:?}");
-            let shown = mosaic.seam.data[i];
+            let shown = mosaic.seam.data()[i];
             let possible = [overlapping(x, y), x >= LEFT];
             match shown {
                 1 => assert!(possible[0]),
@@ -124,12 +124,12 @@ fn feather_is_as_wide_as_asked_for() {
 
 /// Whether the seam passes between two pixels of the region.
 fn passes(seam: &Mask, inside: impl Fn(usize, usize) -> bool) -> bool {
-    let differ = |a: usize, b: usize| seam.data[a] ^ seam.data[b] == 3;
-    (0..seam.data.len()).any(|i| {
-        let (x, y) = (i % seam.width, i / seam.width);
+    let differ = |a: usize, b: usize| seam.data()[a] ^ seam.data()[b] == 3;
+    (0..seam.data().len()).any(|i| {
+        let (x, y) = (i % seam.width(), i / seam.width());
         inside(x, y)
-            && (x + 1 < seam.width && inside(x + 1, y) && differ(i, i + 1)
-                || y + 1 < seam.height && inside(x, y + 1) && differ(i, i + seam.width))
+            && (x + 1 < seam.width() && inside(x + 1, y) && differ(i, i + 1)
+                || y + 1 < seam.height() && inside(x, y + 1) && differ(i, i + seam.width()))
     })
 }
 
@@ -145,7 +145,7 @@ fn the_cut_goes_around_what_moved_and_what_is_not_trusted() {
 
         let believed = |x: usize, y: usize| !moved(x + LEFT, y);
         let data = (0..100 * 100).map(|i| if believed(i % 100, i / 100) { 255 } else { 0 }).collect();
-        let trusted = Mask { data, width: 100, height: 100 };
+        let trusted = Mask::new(data, 100, 100).unwrap();
         let (warped, other) = (stage(|x, _| x < 120, texture), reference(texture));
         let mosaic = blend(&warped, other.view(), Some(&trusted), &options, &mut ()).unwrap();
         assert!(!passes(&mosaic.seam, moved), "the seam crosses what is not trusted in {bar:?}");
@@ -186,7 +186,7 @@ fn odd_shapes_are_no_trouble() {
                 let (x, y) = (i % CANVAS.0, i / CANVAS.0);
                 let covered = valid(x, y) || x >= LEFT;
                 assert_eq!(pixel[3] == 255, covered, "mask {which} at {x}, {y} with {options:?}");
-                assert_eq!(mosaic.seam.data[i] != 0, covered);
+                assert_eq!(mosaic.seam.data()[i] != 0, covered);
                 if !covered {
                     assert_eq!(*pixel, [0; 4]);
                 }
@@ -194,7 +194,7 @@ fn odd_shapes_are_no_trouble() {
         }
     }
     let dot = picture(1, 1, |_, _| [9, 9, 9, 255]);
-    let footprint = Mask { data: vec![255], width: 1, height: 1 };
+    let footprint = Mask::new(vec![255], 1, 1).unwrap();
     let tiny = Warped { image: dot.clone(), footprint, depth: None, offset: (0, 0), clipped: false };
     for options in ways() {
         assert_eq!(compose(&tiny, &dot, &options).unwrap().image, dot);
@@ -229,10 +229,7 @@ fn refuses_bad_options_and_sizes() {
     assert_eq!(refused(&feather, None), ("invalid-argument", vec![("value", 1001.0)]));
     let bands = BlendOptions { bands: 11, ..BlendOptions::default() };
     assert_eq!(refused(&bands, None), ("invalid-argument", vec![("value", 11.0)]));
-    let small = Mask { data: vec![255; 99 * 100], width: 99, height: 100 };
+    let small = Mask::new(vec![255; 99 * 100], 99, 100).unwrap();
     let mismatch = ("size-mismatch", vec![("expected", 10000.0), ("actual", 9900.0)]);
     assert_eq!(refused(&BlendOptions::default(), Some(&small)), mismatch);
-    let short = Mask { data: vec![255; 9999], width: 100, height: 100 };
-    let mismatch = ("size-mismatch", vec![("expected", 10000.0), ("actual", 9999.0)]);
-    assert_eq!(refused(&BlendOptions::default(), Some(&short)), mismatch);
 }

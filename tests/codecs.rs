@@ -19,7 +19,7 @@ fn picture(width: usize, height: usize) -> Image {
             [(x * 255 / width) as u8, (y * 255 / height) as u8, (i * 7) as u8, (i * 13 + 5) as u8]
         })
         .collect();
-    Image { data, width, height }
+    Image::new(data, width, height).unwrap()
 }
 
 fn png(data: &[u8], width: u32, height: u32, color: ExtendedColorType) -> Vec<u8> {
@@ -125,7 +125,7 @@ fn jpeg_comes_back_close_and_opaque() {
 
 #[test]
 fn jpeg_lays_transparent_pixels_over_black() {
-    let image = Image { data: [255, 255, 255, 0].repeat(256), width: 16, height: 16 };
+    let image = Image::new([255, 255, 255, 0].repeat(256), 16, 16).unwrap();
     let back = decode_image(&encode_jpeg(image.view(), 90).unwrap(), NO_LIMIT).unwrap();
     assert!(back.data.chunks_exact(4).all(|p| p[..3].iter().all(|&v| v <= 2)), "{:?}", &back.data[..4]);
 }
@@ -137,7 +137,7 @@ fn jpeg_refuses_what_it_cannot_state() {
         let error = encode_jpeg(image.view(), quality).unwrap_err();
         assert_eq!((error.code(), error.details()), ("invalid-argument", vec![("value", f64::from(quality))]));
     }
-    let wide = Image { data: vec![0; 4 * 65536], width: 65536, height: 1 };
+    let wide = Image::new(vec![0; 4 * 65536], 65536, 1).unwrap();
     assert_eq!(encode_jpeg(wide.view(), 90).unwrap_err().details(), [("value", 65536.0)]);
 }
 

@@ -68,7 +68,7 @@ fn continuation_believes_what_is_trusted() {
     // Half of the inside is wrong, and known to be.
     let depth = map(size, |x, y| if y < 90.0 { 1.2 } else { plane(x, y) });
     let mut mask = Mask::empty(size.0, size.1).unwrap();
-    mask.data.iter_mut().enumerate().filter(|(i, _)| i / size.0 >= 90).for_each(|(_, m)| *m = 255);
+    mask.data_mut().iter_mut().enumerate().filter(|(i, _)| i / size.0 >= 90).for_each(|(_, m)| *m = 255);
     let found = continue_outside(&depth, &sideways(), size, Some(&mask), &mut ()).unwrap();
     assert!((f64::from(found.data()[145 * 200 + 195]) - plane(195.0, 145.0)).abs() < 0.01);
     let small = Mask::empty(3, 3).unwrap();
@@ -89,7 +89,7 @@ fn next_to_the_border_hardly_trusted_depth_has_no_say() {
     let truth = map(size, plane);
     let error = |every: usize| {
         let mut mask = Mask::empty(size.0, size.1).unwrap();
-        for (i, mark) in mask.data.iter_mut().enumerate() {
+        for (i, mark) in mask.data_mut().iter_mut().enumerate() {
             *mark = u8::from(i % size.0 % every == 0 && i / size.0 % every == 0);
         }
         let found = continue_outside(&depth, &model, size, Some(&mask), &mut ()).unwrap();

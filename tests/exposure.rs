@@ -34,10 +34,10 @@ struct Taking {
 
 /// `photo` as another camera would have taken it.
 fn taken(photo: &Image, how: Taking) -> Image {
-    let (w, h) = (photo.width as f64, photo.height as f64);
+    let (w, h) = (photo.width() as f64, photo.height() as f64);
     let mut out = photo.clone();
-    for (i, pixel) in out.data.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let (x, y) = ((i % photo.width) as f64 - w / 2.0, (i / photo.width) as f64 - h / 2.0);
+    for (i, pixel) in out.pixels_mut().iter_mut().enumerate() {
+        let (x, y) = ((i % photo.width()) as f64 - w / 2.0, (i / photo.width()) as f64 - h / 2.0);
         let falloff = 1.0 - how.vignetting * (x * x + y * y) / (w * w + h * h) * 4.0;
         for (value, gain) in pixel.iter_mut().zip(how.gain) {
             *value = level(gain * falloff * libm::pow(linear(*value), how.gamma));
@@ -81,8 +81,8 @@ impl<'a> Staged<'a> {
         let mut camera: Camera = self.pair.reference.camera;
         camera.k[(0, 2)] += left as f64;
         camera.k[(1, 2)] += top as f64;
-        let (width, height) = (warped.image.width, warped.image.height);
-        Image { data: scene.view(camera, width, height, true).rgba, width, height }
+        let (width, height) = (warped.image.width(), warped.image.height());
+        Image::new(scene.view(camera, width, height, true).rgba, width, height).unwrap()
     }
 }
 
@@ -117,9 +117,9 @@ fn true_gains(plain: &Warped, warped: &Warped, reference: &Image) -> [f64; 3] {
     let usable = |pixel: &[u8; 4]| pixel[3] != 0 && pixel[..3].iter().all(|v| (6..250).contains(v));
     let (mut before, mut after) = ([0.0; 3], [0.0; 3]);
     for (i, (a, b)) in pixels(&plain.image).iter().zip(pixels(&warped.image)).enumerate() {
-        let x = (i % plain.image.width).wrapping_sub(plain.offset.0);
-        let y = (i / plain.image.width).wrapping_sub(plain.offset.1);
-        if x < reference.width && y < reference.height && usable(a) && usable(b) {
+        let x = (i % plain.image.width()).wrapping_sub(plain.offset.0);
+        let y = (i / plain.image.width()).wrapping_sub(plain.offset.1);
+        if x < reference.width() && y < reference.height() && usable(a) && usable(b) {
             for c in 0..3 {
                 before[c] += linear(b[c]);
                 after[c] += linear(a[c]);

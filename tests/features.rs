@@ -151,7 +151,7 @@ fn features_are_the_same_bytes_on_every_machine() {
 fn where_there_is_little_contrast_the_threshold_is_lowered() {
     let faint = |image: &Image| {
         let mut faint = image.clone();
-        faint.data.iter_mut().for_each(|v| *v = 100 + *v / 10);
+        faint.data_mut().iter_mut().for_each(|v| *v = 100 + *v / 10);
         faint
     };
     let speckle = speckle();
@@ -178,7 +178,7 @@ fn too_many_keypoints_are_thinned_out_evenly() {
     // The right half has ten times the contrast.
     let speckle = speckle();
     let mut image = plain(&speckle);
-    for (i, v) in image.data.iter_mut().enumerate() {
+    for (i, v) in image.data_mut().iter_mut().enumerate() {
         if (i / 4) % SIZE.0 < SIZE.0 / 2 {
             *v = 110 + *v / 8;
         }
@@ -206,7 +206,10 @@ fn hard_photos_give_few_features_and_no_panic() {
             for kind in 0..3 {
                 let mut random = Random::new(kind);
                 let mut image = Image::transparent(width, height).unwrap();
-                image.data.iter_mut().for_each(|v| *v = if kind == 0 { 255 } else { (256.0 * random.uniform()) as u8 });
+                image
+                    .data_mut()
+                    .iter_mut()
+                    .for_each(|v| *v = if kind == 0 { 255 } else { (256.0 * random.uniform()) as u8 });
                 let features = found(&image, &options);
                 assert_eq!(features.size, (width, height));
                 assert!(kind > 0 || features.keypoints.is_empty());

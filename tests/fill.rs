@@ -36,7 +36,7 @@ fn refilled(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOp
 
 fn punched(image: &Image, voids: &Mask) -> Image {
     let mut image = image.clone();
-    for (pixel, _) in image.data.chunks_exact_mut(4).zip(&voids.data).filter(|(_, void)| **void != 0) {
+    for (pixel, _) in image.data_mut().chunks_exact_mut(4).zip(voids.data()).filter(|(_, void)| **void != 0) {
         pixel.fill(0);
     }
     image
@@ -45,9 +45,9 @@ fn punched(image: &Image, voids: &Mask) -> Image {
 /// PSNR over the voids, and of how many pixels.
 fn psnr(image: &Image, voids: &Mask, truth: impl Fn(usize, usize) -> [u8; 3]) -> (f64, usize) {
     let (mut sum, mut count) = (0.0, 0);
-    for (i, pixel) in image.data.chunks_exact(4).enumerate() {
-        if voids.data[i] != 0 && pixel[3] != 0 {
-            let truth = truth(i % image.width, i / image.width);
+    for (i, pixel) in image.data().chunks_exact(4).enumerate() {
+        if voids.data()[i] != 0 && pixel[3] != 0 {
+            let truth = truth(i % image.width(), i / image.width());
             sum += (0..3).map(|c| (f64::from(pixel[c]) - f64::from(truth[c])).powi(2)).sum::<f64>() / 3.0;
             count += 1;
         }
@@ -65,11 +65,11 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
     let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).unwrap();
     let guide = Guide::new(&warped, &pair.forward, reference).unwrap();
     let camera = Camera::new(&scene.reference, width, height);
-    let truth: Vec<[u8; 3]> = (0..mosaic.voids.data.len())
+    let truth: Vec<[u8; 3]> = (0..mosaic.voids.data().len())
         .map(|i| {
-            let (x, y) = (i % mosaic.image.width, i / mosaic.image.width);
+            let (x, y) = (i % mosaic.image.width(), i / mosaic.image.width());
             let place = |at: usize, offset: usize| at as f64 - offset as f64;
-            if mosaic.voids.data[i] == 0 {
+            if mosaic.voids.data()[i] == 0 {
                 return [0; 3];
             }
             scene.pixel(&camera, place(x, warped.offset.0), place(y, warped.offset.1))
@@ -79,7 +79,7 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
         let mut image = mosaic.image.clone();
         fill(&mut image, &mosaic.voids, guide.as_ref(), &FillOptions { method, ..Default::default() }, &mut ())
             .unwrap();
-        let (psnr, filled) = psnr(&image, &mosaic.voids, |x, y| truth[y * image.width + x]);
+        let (psnr, filled) = psnr(&image, &mosaic.voids, |x, y| truth[y * image.width() + x]);
         assert_eq!(filled, mosaic.voids.count(), "{name}: a void is not filled");
         psnr
     });
@@ -126,7 +126,7 @@ fn edge() -> (Image, Mask, Guide) {
 fn nothing_is_taken_from_what_is_in_front() {
     let (image, voids, guide) = edge();
     let result = refilled(&image, &voids, Some(&guide), &any_width());
-    for (i, pixel) in result.data.chunks_exact(4).enumerate().filter(|&(i, _)| voids.data[i] != 0) {
+    for (i, pixel) in result.data().chunks_exact(4).enumerate().filter(|&(i, _)| voids.data()[i] != 0) {
         assert!(pixel[0] == 0 && pixel[3] == 255, "{pixel:?} at {}, {}", i % 120, i / 120);
     }
     // Whatever affine change the depth has undergone, and with an epipole or without.
@@ -136,7 +136,7 @@ fn nothing_is_taken_from_what_is_in_front() {
     };
     for guide in [changed([0.0; 3], 1.0, 0.0), changed([1.0, 0.0, 0.0], 64.0, -3.0)] {
         let result = refilled(&image, &voids, Some(&guide), &any_width());
-        assert!(result.data.chunks_exact(4).zip(&voids.data).all(|(pixel, void)| *void == 0 || pixel[0] == 0));
+        assert!(result.data().chunks_exact(4).zip(voids.data()).all(|(pixel, void)| *void == 0 || pixel[0] == 0));
     }
 }
 
@@ -173,13 +173,13 @@ fn a_flat_colour_stays_flat() {
 fn nothing_but_voids_is_touched_and_what_they_hold_does_not_matter() {
     let (image, voids, guide) = edge();
     let mut image = image;
-    for (i, pixel) in image.data.chunks_exact_mut(4).enumerate() {
+    for (i, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
         if i % 120 > 100 && i % 7 < 3 {
             pixel.copy_from_slice(&[9, 8, 7, if i % 2 == 0 { 0 } else { 128 }]);
         }
     }
     let result = refilled(&image, &voids, Some(&guide), &any_width());
-    for ((after, before), void) in result.data.chunks_exact(4).zip(image.data.chunks_exact(4)).zip(&voids.data) {
+    for ((after, before), void) in result.data().chunks_exact(4).zip(image.data().chunks_exact(4)).zip(voids.data()) {
         assert!(*void != 0 || after == before);
     }
     let mut opaque = image.clone();
@@ -196,7 +196,7 @@ fn wide_voids_stay_transparent() {
     let voids = mask(200, 160, |x, y| wide(x, y) || narrow(x, y));
     let filled = |max_width: f64| {
         let result = refilled(&image, &voids, None, &FillOptions { max_width, ..Default::default() });
-        move |x: usize, y: usize| result.data[4 * (y * 200 + x) + 3] != 0
+        move |x: usize, y: usize| result.data()[4 * (y * 200 + x) + 3] != 0
     };
     let some = filled(0.2);
     assert!(!some(90, 80) && !some(45, 80) && !some(90, 125) && some(180, 80) && some(188, 77));
@@ -230,7 +230,7 @@ fn the_result_is_always_the_same() {
         [r, g + noise[y * 120 + x], b, 255]
     });
     let result = refilled(&image, &voids, Some(&guide), &any_width());
-    let hash = fingerprint(result.data.into_iter().map(u64::from));
+    let hash = fingerprint(result.into_data().into_iter().map(u64::from));
     assert_eq!(hash, EXPECTED, "{hash:#x}");
 }
 

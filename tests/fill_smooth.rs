@@ -19,8 +19,8 @@ fn smooth(radius: u32) -> FillOptions {
 
 /// The picture with the voids cut out.
 fn punched(image: &Image, voids: &Mask) -> Image {
-    picture(image.width, image.height, |x, y| {
-        if voids.data[y * image.width + x] != 0 { EMPTY } else { image.view().pixel(x, y) }
+    picture(image.width(), image.height(), |x, y| {
+        if voids.data()[y * image.width() + x] != 0 { EMPTY } else { image.view().pixel(x, y) }
     })
 }
 
@@ -45,10 +45,10 @@ fn constant_surroundings_go_on() {
 
 /// Laplace's equation by Gauss–Seidel sweeps: the smooth filling that knows nothing of edges.
 fn harmonic(image: &Image, voids: &Mask) -> Vec<f64> {
-    let width = image.width;
+    let width = image.width();
     let mut red: Vec<f64> = pixels(image).iter().map(|p| f64::from(p[0])).collect();
     for _ in 0..2000 {
-        for i in (0..red.len()).filter(|&i| voids.data[i] != 0) {
+        for i in (0..red.len()).filter(|&i| voids.data()[i] != 0) {
             red[i] = (red[i - 1] + red[i + 1] + red[i - width] + red[i + width]) / 4.0;
         }
     }
@@ -57,8 +57,8 @@ fn harmonic(image: &Image, voids: &Mask) -> Vec<f64> {
 
 /// Mean absolute error over the voids.
 fn error(red: impl Fn(usize) -> f64, truth: &Image, voids: &Mask) -> f64 {
-    let inside = (0..voids.data.len()).filter(|&i| voids.data[i] != 0);
-    inside.map(|i| (red(i) - f64::from(truth.data[4 * i])).abs()).sum::<f64>() / voids.count() as f64
+    let inside = (0..voids.data().len()).filter(|&i| voids.data()[i] != 0);
+    inside.map(|i| (red(i) - f64::from(truth.data()[4 * i])).abs()).sum::<f64>() / voids.count() as f64
 }
 
 /// An edge through the middle, in the direction (dx, dy), one pixel soft.
@@ -78,7 +78,7 @@ fn an_edge_runs_on_through_the_void() {
         let truth = edge(80, direction);
         let image = punched(&truth, &voids);
         let result = filled(&image, &voids, 5);
-        let ours = error(|i| f64::from(result.data[4 * i]), &truth, &voids);
+        let ours = error(|i| f64::from(result.data()[4 * i]), &truth, &voids);
         let smooth = harmonic(&image, &voids);
         let theirs = error(|i| smooth[i], &truth, &voids);
         println!("edge along {direction:?}: mean error {ours:.2}, harmonic {theirs:.2}");
@@ -91,8 +91,8 @@ fn a_ramp_stays_within_its_surroundings() {
     let ramp = picture(60, 50, |x, y| [(2 * x + y) as u8, (4 * y) as u8, 17, 255]);
     let voids = disc(60, 50, 9);
     let result = filled(&punched(&ramp, &voids), &voids, 5);
-    assert!(error(|i| f64::from(result.data[4 * i]), &ramp, &voids) < 8.0);
-    for (i, pixel) in pixels(&result).iter().enumerate().filter(|&(i, _)| voids.data[i] != 0) {
+    assert!(error(|i| f64::from(result.data()[4 * i]), &ramp, &voids) < 8.0);
+    for (i, pixel) in pixels(&result).iter().enumerate().filter(|&(i, _)| voids.data()[i] != 0) {
         assert!((40..=150).contains(&pixel[0]) && pixel[2] == 17 && pixel[3] == 255, "{pixel:?} at {i}");
     }
 }
@@ -106,7 +106,7 @@ fn nothing_but_voids_is_touched() {
     let voids = mask(40, 30, |x, y| (x / 4 + y / 3) % 3 == 0);
     let result = filled(&image, &voids, 4);
     for (i, (after, before)) in pixels(&result).iter().zip(pixels(&image)).enumerate() {
-        if voids.data[i] == 0 {
+        if voids.data()[i] == 0 {
             assert_eq!(after, before);
         } else {
             assert_eq!(after[3], 255);
@@ -160,11 +160,11 @@ fn mirroring_commutes_with_filling() {
     let photo = picture(45, 33, |x, y| [((x * x + 3 * y) / 3) as u8, (x * 5) as u8, (y * x / 2) as u8, 255]);
     let voids = mask(45, 33, |x, y| (x / 5 + y / 6) % 3 == 0);
     let turn = |image: &Image| picture(45, 33, |x, y| image.view().pixel(44 - x, y));
-    let turned = mask(45, 33, |x, y| voids.data[y * 45 + 44 - x] != 0);
+    let turned = mask(45, 33, |x, y| voids.data()[y * 45 + 44 - x] != 0);
     let result = turn(&filled(&photo, &voids, 5));
     let other = filled(&turn(&photo), &turned, 5);
     // Sums are taken in another order: one level of rounding.
-    assert!(result.data.iter().zip(&other.data).all(|(a, b)| a.abs_diff(*b) <= 1));
+    assert!(result.data().iter().zip(other.data()).all(|(a, b)| a.abs_diff(*b) <= 1));
 }
 
 #[test]
@@ -196,6 +196,4 @@ fn refuses_bad_options_and_sizes() {
     assert_eq!(refused(&voids, 65), ("invalid-argument", vec![("value", 65.0)]));
     let turned = mask(6, 8, |x, _| x == 3);
     assert_eq!(refused(&turned, 5), ("size-mismatch", vec![("expected", 8.0), ("actual", 6.0)]));
-    let short = Mask { data: vec![255; 47], width: 8, height: 6 };
-    assert_eq!(refused(&short, 5), ("size-mismatch", vec![("expected", 48.0), ("actual", 47.0)]));
 }

@@ -55,8 +55,8 @@ fn problem(row: &Row) -> Option<String> {
     let Photos { matches, .. } = &row.photos;
     let result = stitch(Some(matches), row.photos.target(), row.photos.reference(), &row.options, &mut ());
     if let Ok(found) = &result {
-        let canvas = found.mosaic.image.width * found.mosaic.image.height;
-        assert_eq!(found.mosaic.image.data.len(), 4 * canvas, "{}", row.name);
+        let canvas = found.mosaic.image.width() * found.mosaic.image.height();
+        assert_eq!(found.mosaic.image.data().len(), 4 * canvas, "{}", row.name);
         assert_eq!(found.geometry.inliers.len(), matches.len(), "{}", row.name);
         assert!(found.geometry.forward.is_finite() && found.geometry.reverse.is_finite(), "{}", row.name);
     }
@@ -290,8 +290,8 @@ fn depth_maps_that_say_little_or_nothing() {
 fn photos_of_odd_sizes() {
     let base = gallery();
     let cut = |image: &Image, width: usize, height: usize| {
-        let rows = image.data.chunks_exact(4 * image.width).take(height);
-        Image { data: rows.flat_map(|row| row[..4 * width].to_vec()).collect(), width, height }
+        let rows = image.data().chunks_exact(4 * image.width()).take(height);
+        Image::new(rows.flat_map(|row| row[..4 * width].to_vec()).collect(), width, height).unwrap()
     };
     let flat = |target: Image, reference: Image, matches: Vec<Match>| Photos {
         target,

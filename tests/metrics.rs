@@ -13,7 +13,7 @@ use depthstitch::{Error, Image, Mask};
 use pictures::picture;
 
 fn warped(image: Image, offset: (usize, usize)) -> Warped {
-    let footprint = Mask { data: vec![255; image.width * image.height], width: image.width, height: image.height };
+    let footprint = Mask::new(vec![255; image.width() * image.height()], image.width(), image.height()).unwrap();
     Warped { image, footprint, depth: None, offset, clipped: false }
 }
 
@@ -149,11 +149,11 @@ fn only_the_mask_says_what_is_valid() {
         if inside { reference.view().pixel(x - 3, y - 2) } else { [0; 4] }
     });
     let mut dirty = clean.clone();
-    for pixel in dirty.data.chunks_exact_mut(4).filter(|pixel| pixel[3] == 0) {
+    for pixel in dirty.data_mut().chunks_exact_mut(4).filter(|pixel| pixel[3] == 0) {
         pixel.copy_from_slice(&[200, 3, 77, 0]);
     }
     let mut seethrough = reference.clone();
-    seethrough.data.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 0);
+    seethrough.data_mut().iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 0);
     let q = measure(&warped(clean, (3, 2)), &reference);
     assert_eq!(q, measure(&warped(dirty, (3, 2)), &seethrough));
     assert_eq!((q.psnr_mask, q.ssim_mask), (f64::INFINITY, 1.0));

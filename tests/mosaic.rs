@@ -85,7 +85,7 @@ mod blending {
             };
             assert_eq!(pixel, expected, "at {x}, {y}");
             let void = drawn(x, y) && !valid(x, y) && !under(x, y);
-            assert_eq!(mosaic.voids.data[i], if void { 255 } else { 0 }, "at {x}, {y}");
+            assert_eq!(mosaic.voids.data()[i], if void { 255 } else { 0 }, "at {x}, {y}");
         }
     }
 
@@ -101,10 +101,5 @@ mod blending {
         assert_eq!(blend(&low, reference.view()), mismatch("canvas height", 9, 8));
         let footprint = warped(canvas(8, 8), whole(16, 4), (0, 0));
         assert_eq!(blend(&footprint, reference.view()), mismatch("footprint width", 8, 16));
-        let mut short = warped(canvas(8, 8), whole(8, 8), (0, 0));
-        short.image.data.pop();
-        assert_eq!(blend(&short, reference.view()), mismatch("warped", 256, 255));
-        let empty = warped(canvas(0, 8), whole(0, 8), (0, 0));
-        assert_eq!(blend(&empty, reference.view()).unwrap_err().code(), "invalid-argument");
     }
 }

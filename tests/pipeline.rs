@@ -6,10 +6,9 @@ mod scene;
 use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, estimate};
 use depthstitch::image::DepthKind;
-use depthstitch::mosaic::Rect;
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::{Options, Stitched, align, stitch};
-use depthstitch::{InverseDepth, Stage};
+use depthstitch::{InverseDepth, Rect, Stage};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -145,7 +144,8 @@ fn mosaic_pixels_are_right() {
     assert!(overlap.len() > 10_000 && alone.len() > 1000, "{} and {} pixels", overlap.len(), alone.len());
     let (overlap, alone) = (median(overlap), median(alone));
     assert!(overlap <= 8.0 && alone <= 20.0, "median colour errors {overlap} and {alone}");
-    let left_empty = found.mosaic.voids.data.iter().zip(mosaic.pixels()).filter(|(v, p)| **v != 0 && p[3] == 0).count();
+    let left_empty =
+        found.mosaic.voids.data().iter().zip(mosaic.pixels()).filter(|(v, p)| **v != 0 && p[3] == 0).count();
     assert!(10 * left_empty < found.mosaic.voids.count().max(1), "{left_empty} voids are not filled");
 }
 

@@ -131,7 +131,7 @@ impl Case {
             assert!(percentile(&after[1], 0.9) <= percentile(&before[1], 0.9) + 0.3);
             // Nothing is believed beyond the other photo, and most of what both show is.
             let (mut right, mut wrong) = (0, 0);
-            for (&reliable, &visible) in refined.reliable[side].data.iter().zip(&self.visible[side]) {
+            for (&reliable, &visible) in refined.reliable[side].data().iter().zip(&self.visible[side]) {
                 right += usize::from(reliable != 0 && visible);
                 wrong += usize::from(reliable != 0 && !visible);
             }
@@ -159,7 +159,7 @@ fn gray_values_tell_the_last_fraction_of_a_pixel() {
 #[test]
 fn exposure_does_not_matter() {
     let mut case = Case::of(&scene::gallery());
-    for (i, byte) in case.photos.reference.data.iter_mut().enumerate().filter(|(i, _)| i % 4 != 3) {
+    for (i, byte) in case.photos.reference.data_mut().iter_mut().enumerate().filter(|(i, _)| i % 4 != 3) {
         *byte = (f32::from(*byte) * 0.7 + 20.0 + (i % 4) as f32) as u8;
     }
     let priors = case.priors(5.0);
@@ -230,7 +230,7 @@ fn without_parallax_the_priors_come_back() {
 fn any_size_will_do() {
     for (w, h) in [(1, 1), (1, 40), (40, 1), (3, 2), (17, 70), (130, 33)] {
         let data: Vec<u8> = (0..4 * w * h).map(|i| ((i % 251) * (i % 251) * 31 % 251) as u8).collect();
-        let image = Image { data, width: w, height: h };
+        let image = Image::new(data, w, h).unwrap();
         let values: Vec<f32> = (0..w * h).map(|i| 0.1 + (i % 7) as f32 * 0.1).collect();
         let depth = InverseDepth::new("depth", &values, (w, h), DepthKind::Inverse, None, (w, h)).unwrap();
         let view = View { image: image.view(), depth: Some(&depth) };

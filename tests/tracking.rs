@@ -52,7 +52,7 @@ fn points_are_followed_to_where_they_are() {
     let mut photos = Photos::of(&pair, &POOR);
     // Exposure is no matter.
     for gain in [1.0, 0.8] {
-        photos.target.data.iter_mut().for_each(|v| *v = (gain * f64::from(*v) + 20.0 * (1.0 - gain)) as u8);
+        photos.target.data_mut().iter_mut().for_each(|v| *v = (gain * f64::from(*v) + 20.0 * (1.0 - gain)) as u8);
         let matches = followed(&photos, &shifted(&pair));
         let errors = errors(&matches, &pair);
         let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
@@ -66,13 +66,13 @@ fn nothing_is_followed_without_texture_or_depth() {
     let scene = scene::gallery();
     let pair = scene.render(SIZE.0, SIZE.1);
     let photos = Photos::of(&pair, &POOR);
-    let grey = Image { data: vec![128; 4 * SIZE.0 * SIZE.1], width: SIZE.0, height: SIZE.1 };
+    let grey = Image::new(vec![128; 4 * SIZE.0 * SIZE.1], SIZE.0, SIZE.1).unwrap();
     let flat = Photos { target: grey.clone(), reference: grey, ..photos.clone() };
     assert_eq!(followed(&flat, &pair.reverse), []);
     let unknown = InverseDepth::constant(f32::NAN, SIZE.0, SIZE.1).unwrap();
     assert_eq!(followed(&Photos { reference_depth: Some(unknown), ..photos.clone() }, &pair.reverse), []);
     for tiny in [(1, 1), (14, 40)] {
-        let image = Image { data: vec![90; 4 * tiny.0 * tiny.1], width: tiny.0, height: tiny.1 };
+        let image = Image::new(vec![90; 4 * tiny.0 * tiny.1], tiny.0, tiny.1).unwrap();
         let depth = InverseDepth::constant(1.0, tiny.0, tiny.1).unwrap();
         let mut matches = Vec::new();
         track(image.view(), image.view(), &depth, &pair.reverse, &mut matches, &mut ()).unwrap();

@@ -38,7 +38,7 @@ fn poses() -> impl Strategy<Value = ([f64; 3], [f64; 3], f64, u64)> {
 }
 
 fn gray() -> Image {
-    Image { data: vec![128; 4 * points::WIDTH * points::HEIGHT], width: points::WIDTH, height: points::HEIGHT }
+    Image::new(vec![128; 4 * points::WIDTH * points::HEIGHT], points::WIDTH, points::HEIGHT).unwrap()
 }
 
 fn solve(matches: &[Match], seed: u32) -> TwoView {
@@ -193,7 +193,7 @@ const FOOT: f64 = 120.0;
 #[test]
 fn depth_goes_on_far_from_all_matches() {
     let mut photo = gray();
-    for (y, row) in photo.data.chunks_exact_mut(4 * points::WIDTH).enumerate() {
+    for (y, row) in photo.data_mut().chunks_exact_mut(4 * points::WIDTH).enumerate() {
         row.fill(if y as f64 >= FOOT { 200 } else { 60 });
     }
     let truth = points::Scene::new([0.0, 0.02, 0.0], [0.3, 0.05, 0.0], 320.0, room, 1).truth;

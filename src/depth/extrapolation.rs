@@ -41,10 +41,10 @@ pub fn continue_outside(
 ) -> Result<InverseDepth> {
     let (w, size) = (depth.width(), (depth.width(), depth.height()));
     if let Some(mask) = trusted {
-        check_size("trusted", (mask.width, mask.height), size)?;
+        check_size("trusted", (mask.width(), mask.height()), size)?;
     }
     report(observer, Stage::Depth, 0.0)?;
-    let unsure = trusted.is_some_and(|mask| mask.count() * FEW < mask.data.len());
+    let unsure = trusted.is_some_and(|mask| mask.count() * FEW < mask.data().len());
     let margin = if unsure { UNSURE_MARGIN * diagonal(size) } else { MARGIN };
     let limit = [other.0, other.1].map(|size| size as f64 - margin);
     let mut inside = Vec::new();
@@ -75,7 +75,7 @@ pub(super) fn continued(
     for y in (0..h).step_by(step) {
         for x in (0..w).step_by(step) {
             let (i, point) = (y * w + x, [x as f64, y as f64]);
-            if !values[i].is_nan() && trusted.is_none_or(|mask| mask.data[i] != 0) {
+            if !values[i].is_nan() && trusted.is_none_or(|mask| mask.data()[i] != 0) {
                 let depth = f64::from(values[i]);
                 known.push(DepthSample { point, depth, parallax: model.parallax(point, depth) });
             }

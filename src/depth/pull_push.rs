@@ -23,7 +23,7 @@ impl Level {
         for (y, (expected, known)) in expected.chunks_exact(width).zip(known.chunks_exact(width)).enumerate() {
             let row = &mut level.cells[y / 2 * level.width..];
             for (x, (expected, known)) in expected.iter().zip(known).enumerate() {
-                if !known.is_nan() && trusted.is_none_or(|mask| mask.data[y * width + x] != 0) {
+                if !known.is_nan() && trusted.is_none_or(|mask| mask.data()[y * width + x] != 0) {
                     row[x / 2][0] += 0.25 * (known - expected);
                     row[x / 2][1] += 0.25;
                 }

@@ -8,8 +8,7 @@ pub use appearance::{
     visible_steps, voids,
 };
 
-use crate::mosaic::crop::{bounding_box, extent};
-use crate::mosaic::{Rect, check_canvas};
+use crate::rect::{Rect, bounding_box, extent};
 use crate::warp::Warped;
 use crate::{Error, ImageView, Result};
 
@@ -37,10 +36,10 @@ pub struct Quality {
 /// # Errors
 /// `no-overlap` when no pixel of the reference is covered, `size-mismatch`, `out-of-memory`.
 pub fn quality(warped: &Warped, reference: ImageView<'_>) -> Result<Quality> {
-    check_canvas(warped, reference)?;
+    warped.check_canvas(reference)?;
     let whole = Overlap { warped, reference, left: 0, top: 0, width: reference.width(), height: reference.height() };
     let row = |y: usize| extent(whole.row(y).0.iter().map(|pixel| pixel[3] != 0));
-    let Rect { x, y, width, height } = bounding_box(reference.height(), &row).ok_or(Error::NoOverlap { pixels: 0 })?;
+    let Rect { x, y, width, height } = bounding_box(reference.height(), row).ok_or(Error::NoOverlap { pixels: 0 })?;
     let overlap = Overlap { left: x, top: y, width, height, ..whole };
     let (mut covered, mut error) = (0u64, 0u64);
     for (target, reference) in overlap.rows() {
@@ -77,7 +76,7 @@ impl<'a> Overlap<'a> {
         };
         let (x, y) = (self.left, self.top + y);
         let (image, (dx, dy)) = (&self.warped.image, self.warped.offset);
-        (cut(&image.data, image.width, dx + x, dy + y), cut(self.reference.data(), self.reference.width(), x, y))
+        (cut(&image.data(), image.width(), dx + x, dy + y), cut(self.reference.data(), self.reference.width(), x, y))
     }
 
     fn rows(&self) -> impl Iterator<Item = (&'a [[u8; 4]], &'a [[u8; 4]])> {

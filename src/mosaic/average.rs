@@ -9,9 +9,10 @@ const ALPHA: u32 = 0xff00_0000;
 /// Average of the two where both are valid (rounded to nearest, halves up), the valid one elsewhere. `image` holds the
 /// target, each pixel opaque or empty.
 pub(super) fn average(image: &mut Image, reference: &Placed<'_>) {
-    let rows = image.data.chunks_exact_mut(4 * image.width).skip(reference.top);
+    let width = image.width();
+    let rows = image.pixels_mut().chunks_exact_mut(width).skip(reference.top);
     for (row, photo) in rows.zip(reference.photo.pixels().chunks_exact(reference.photo.width())) {
-        for (pixel, &other) in row[4 * reference.left..].as_chunks_mut().0.iter_mut().zip(photo) {
+        for (pixel, &other) in row[reference.left..].iter_mut().zip(photo) {
             *pixel = mean(*pixel, other);
         }
     }

@@ -3,8 +3,8 @@
 use super::average::{average, opaque_or_empty};
 use super::canvas::Placed;
 use super::span::Span;
-use super::{check_canvas, exposure, feather, multiband, seam};
-use crate::image::{check_len, check_size, reserve};
+use super::{exposure, feather, multiband, seam};
+use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
 use crate::warp::Warped;
 use crate::{Error, Image, ImageView, Mask, Result, Stage};
@@ -109,14 +109,13 @@ pub fn blend(
 ) -> Result<Mosaic> {
     check(warped, reference, trusted, options)?;
     report(observer, Stage::Blend, 0.0)?;
-    let Image { data: canvas, width, height } = &warped.image;
-    let (width, height) = (*width, *height);
+    let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
     let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
     let mut data = Vec::new();
     reserve(&mut data, canvas.len())?;
     data.extend_from_slice(canvas);
     data.as_chunks_mut().0.iter_mut().for_each(|pixel| *pixel = opaque_or_empty(*pixel));
-    let mut image = Image { data, width, height };
+    let mut image = Image::from_bytes(data, width, height);
     let mut seam = seam::sides(&image, &placed)?;
 
     let mut span = Span { observer, from: 0.0, to: 1.0 };
@@ -136,17 +135,16 @@ pub fn blend(
     }
     let mut voids = Vec::new();
     reserve(&mut voids, width * height)?;
-    let drawn = warped.footprint.data.iter().zip(&seam.data);
+    let drawn = warped.footprint.data().iter().zip(seam.data());
     voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == 0 { 255 } else { 0 }));
     report(observer, Stage::Blend, 1.0)?;
-    Ok(Mosaic { image, voids: Mask { data: voids, width, height }, seam, gains })
+    Ok(Mosaic { image, voids: Mask::from_bytes(voids, width, height), seam, gains })
 }
 
 fn check(warped: &Warped, reference: ImageView<'_>, trusted: Option<&Mask>, options: &BlendOptions) -> Result<()> {
-    check_canvas(warped, reference)?;
+    warped.check_canvas(reference)?;
     if let Some(trusted) = trusted {
-        check_len("trusted", trusted.data.len(), trusted.width, trusted.height, 1)?;
-        check_size("trusted", (trusted.width, trusted.height), (reference.width(), reference.height()))?;
+        check_size("trusted", (trusted.width(), trusted.height()), (reference.width(), reference.height()))?;
     }
     for (name, value, most, expected) in [
         ("feather", options.feather, 1000, "between 0 and 1000 pixels"),

@@ -14,12 +14,12 @@ pub(super) fn blend(
     ramp: u32,
     span: &mut Span<'_>,
 ) -> Result<()> {
-    let (width, height) = (image.width, image.height);
-    let pixels = image.data.as_chunks_mut::<4>().0;
+    let (width, height) = (image.width(), image.height());
+    let pixels = image.pixels_mut();
     span.row(0, 3)?;
-    let to_target = distance(pixels.len(), width, &|i| seam.data[i] == 1)?;
+    let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == 1)?;
     span.part(0.25, 1.0).row(0, 1)?;
-    let to_reference = distance(pixels.len(), width, &|i| seam.data[i] == 2)?;
+    let to_reference = distance(pixels.len(), width, &|i| seam.data()[i] == 2)?;
     span.part(0.5, 1.0).row(0, 1)?;
     let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
     let mut span = span.part(0.75, 1.0);

@@ -1,8 +1,8 @@
 //! Depth on the mosaic's canvas.
 
-use super::{Rect, check_canvas};
 use crate::geometry::Model;
 use crate::image::{check_size, reserve};
+use crate::rect::Rect;
 use crate::warp::Warped;
 use crate::{InverseDepth, Result, View};
 
@@ -33,7 +33,7 @@ impl Guide {
     /// # Errors
     /// `size-mismatch` when the reference does not fit the canvas or its depth is not of its size, `out-of-memory`.
     pub fn new(warped: &Warped, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
-        check_canvas(warped, reference.image)?;
+        warped.check_canvas(reference.image)?;
         let Some(depth) = &warped.depth else { return Ok(None) };
         let width = depth.width();
         let mut data = Vec::new();

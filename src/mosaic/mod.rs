@@ -18,10 +18,6 @@ mod seam;
 mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-pub use crop::{Crop, Rect};
-pub use exposure::compensate;
+pub(crate) use exposure::linear_light;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::Guide;
-
-pub(crate) use canvas::check_canvas;
-pub(crate) use exposure::linear_light;

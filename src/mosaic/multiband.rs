@@ -10,9 +10,9 @@ use std::ops::Range;
 use wide::f32x4;
 
 use super::canvas::Placed;
-use super::crop::{bounding_box, extent};
 use super::span::Span;
 use crate::image::{reserve, zeroed};
+use crate::rect::{bounding_box, extent};
 use crate::{Image, Mask, Result};
 
 /// While the pyramid is built: weighted difference (red, green, blue) and weight; labelled-as-target, labelled, 0, 0.
@@ -67,16 +67,16 @@ pub(super) fn blend(
 
 /// The rectangle within `reach` of any place where the two photos meet.
 fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
-    let (width, height) = (seam.width, seam.height);
+    let (width, height) = (seam.width(), seam.height());
     let meetings = |y: usize| {
-        let row = &seam.data[y * width..(y + 1) * width];
-        let below = seam.data.get((y + 1) * width..(y + 2) * width).unwrap_or(row);
+        let row = &seam.data()[y * width..(y + 1) * width];
+        let below = seam.data().get((y + 1) * width..(y + 2) * width).unwrap_or(row);
         extent(row.iter().zip(below).enumerate().map(|(x, (here, below))| {
             // 1 and 2 are the only labels that differ in both bits.
             here ^ below == 3 || row.get(x + 1).is_some_and(|right| here ^ right == 3)
         }))
     };
-    bounding_box(height, &meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
+    bounding_box(height, meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
 }
 
 /// The photos in the rectangle that is blended.
@@ -91,9 +91,9 @@ struct Source<'a> {
 impl Source<'_> {
     fn row(&self, y: usize, out: &mut [Cell]) {
         let y = self.rows.start + y;
-        let start = y * self.image.width;
-        let target = &self.image.data.as_chunks::<4>().0[start + self.columns.start..start + self.columns.end];
-        let shown = &self.seam.data[start + self.columns.start..start + self.columns.end];
+        let start = y * self.image.width();
+        let target = &self.image.pixels()[start + self.columns.start..start + self.columns.end];
+        let shown = &self.seam.data()[start + self.columns.start..start + self.columns.end];
         let photo = self.reference.row(y);
         for (((cell, target), &shown), x) in out.iter_mut().zip(target).zip(shown).zip(self.columns.clone()) {
             let mut difference = f32x4::ZERO;
@@ -180,12 +180,12 @@ fn finish(
 ) -> Result<()> {
     paste(image, reference, seam, &mut span.part(0.0, 0.2))?;
     let mut span = span.part(0.2, 1.0);
-    let width = image.width;
+    let width = image.width();
     for y in rows.clone() {
         span.row(y - rows.start, rows.len())?;
         let range = y * width + columns.start..y * width + columns.end;
-        let pixels = image.data[4 * range.start..4 * range.end].as_chunks_mut::<4>().0;
-        for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data[range]) {
+        let pixels = &mut image.pixels_mut()[range.clone()];
+        for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data()[range]) {
             if shown == 0 {
                 continue;
             }
@@ -202,8 +202,8 @@ fn finish(
 
 /// The reference where it shows.
 fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, span: &mut Span<'_>) -> Result<()> {
-    let (width, height) = (image.width, image.height);
-    let rows = image.data.as_chunks_mut::<4>().0.chunks_exact_mut(width).zip(seam.data.chunks_exact(width));
+    let (width, height) = (image.width(), image.height());
+    let rows = image.pixels_mut().chunks_exact_mut(width).zip(seam.data().chunks_exact(width));
     for (y, (row, shown)) in rows.enumerate() {
         span.row(y, height)?;
         let Some(photo) = reference.row(y) else { continue };

@@ -30,11 +30,11 @@ pub use options::{Mode, Options, WithoutDepth};
 
 use crate::geometry::{Estimate, Match};
 use crate::metrics::{Quality, quality};
-use crate::mosaic::{FillMethod, Guide, Mosaic, Rect, blend, crop, fill};
+use crate::mosaic::{FillMethod, Guide, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::warp::{WarpOptions, Warped, warp_within};
-use crate::{InverseDepth, Result, Stage, View};
+use crate::{InverseDepth, Rect, Result, Stage, View};
 use align::align_timed;
 use timer::StageTimer;
 
@@ -150,7 +150,7 @@ fn fill_and_crop(
         let guide = Guide::new(warped, &alignment.geometry.forward, reference)?;
         fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
     }
-    Ok(Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image)? })
+    Ok(Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image) })
 }
 
 /// The warnings of the fit, and those that the result itself gives rise to.

@@ -2,6 +2,7 @@
 
 use wide::{CmpGe, CmpLe, f64x2};
 
+use super::Warped;
 use crate::{Error, ImageView, Result};
 
 /// Bytes per canvas pixel: warped target, footprint, depth.
@@ -53,4 +54,28 @@ pub(super) fn check_budget((width, height): (usize, usize), limit: u64) -> Resul
     let (width, height) = (width as u64, height as u64);
     let bytes = width.saturating_mul(height).saturating_mul(BYTES_PER_PIXEL);
     if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }.into()) } else { Ok(()) }
+}
+
+impl Warped {
+    /// Checks that the footprint has the canvas' size and that the reference lies inside the canvas at [`Warped::offset`].
+    ///
+    /// # Errors
+    /// `size-mismatch`; where the canvas is too small, `expected` is the side it would need, `actual` the side it has.
+    pub(crate) fn check_canvas(&self, reference: ImageView<'_>) -> Result<()> {
+        let (image, footprint) = (&self.image, &self.footprint);
+        check_side("footprint width", image.width(), footprint.width(), footprint.width() == image.width())?;
+        check_side("footprint height", image.height(), footprint.height(), footprint.height() == image.height())?;
+        let right = self.offset.0.saturating_add(reference.width());
+        let bottom = self.offset.1.saturating_add(reference.height());
+        check_side("canvas width", right, image.width(), right <= image.width())?;
+        check_side("canvas height", bottom, image.height(), bottom <= image.height())
+    }
+}
+
+fn check_side(name: &'static str, expected: usize, actual: usize, fits: bool) -> Result<()> {
+    if fits {
+        Ok(())
+    } else {
+        Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into())
+    }
 }

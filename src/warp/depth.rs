@@ -22,7 +22,7 @@ pub(super) fn in_reference_frame(
     let columns: [Vector3<f64>; 3] = [0, 1, 2].map(|k| model.h.column(k).into_owned());
     let c = columns[0].cross(&columns[1]);
     let (det, ce, step) = (c.dot(&columns[2]) as f32, c.dot(&model.e) as f32, c.x as f32);
-    let rows = depth.chunks_exact_mut(image.width).zip(image.data.chunks_exact(4 * image.width));
+    let rows = depth.chunks_exact_mut(image.width()).zip(image.data().chunks_exact(4 * image.width()));
     for (y, (depths, pixels)) in rows.enumerate() {
         let first = (c.y * (y as f64 - offset.1 as f64) + c.z - c.x * offset.0 as f64) as f32;
         // Whole words and no branch: the compiler turns this into SIMD.
@@ -31,5 +31,5 @@ pub(super) fn in_reference_frame(
             *d = if u32::from_le_bytes(*pixel) >> 24 != 0 { shown } else { f32::NAN };
         }
     }
-    Some(InverseDepth::from_values(depth, image.width, image.height))
+    Some(InverseDepth::from_values(depth, image.width(), image.height()))
 }

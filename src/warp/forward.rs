@@ -28,8 +28,8 @@ pub(super) fn splat(
             }
             let i = v as usize * canvas.width + u as usize;
             let [r, g, b, _] = target.pixel(x, y);
-            out.data[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
-            footprint.data[i] = 255;
+            out.data_mut()[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
+            footprint.data_mut()[i] = 255;
             if depth.is_some() {
                 depths[i] = d as f32;
             }

@@ -31,8 +31,8 @@ impl<'a> Painter<'a> {
         let colour = scene.options.colour_distance;
         Ok(Self {
             scene,
-            pixels: image.data.as_chunks_mut().0,
-            footprint: &mut footprint.data,
+            pixels: image.pixels_mut(),
+            footprint: footprint.data_mut(),
             depth: zeroed(scene.target_depth.map_or(0, |_| canvas.width * canvas.height))?,
             per_colour: if colour.is_finite() {
                 (1.0 / (3.0 * colour * colour + USUAL * difference::mean(scene))) as f32

@@ -15,7 +15,7 @@ pub fn decode_image(
 ) -> std::result::Result<JsValue, JsValue> {
     raise(|| {
         let image = codecs::decode_image(&bytes_from_js("bytes", bytes)?, pixel_limit(max_pixels)?)?;
-        Ok(image_to_js(&image.data, image.width, image.height))
+        Ok(image_to_js(image.data(), image.width(), image.height()))
     })
 }
 

@@ -15,13 +15,13 @@ use crate::{Error, Image, InverseDepth, Mask, Result};
 /// An owned photo or canvas.
 pub(super) fn image(name: &'static str, value: &JsValue) -> Result<Image> {
     let (data, width, height) = image_from_js(name, value)?;
-    Ok(Image { data, width, height })
+    Image::new(data, width, height)
 }
 
 /// An owned mask.
 pub(super) fn mask(name: &'static str, value: &JsValue) -> Result<Mask> {
     let (data, width, height) = mask_from_js(name, value)?;
-    Ok(Mask { data, width, height })
+    Mask::new(data, width, height)
 }
 
 /// Whether an optional input is there; null stands for none.

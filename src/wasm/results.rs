@@ -10,11 +10,10 @@ use crate::features::{Features, Keypoint, Pair};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::image::marked;
 use crate::metrics::{Appearance, Quality};
-use crate::mosaic::Rect;
 use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::Warped;
-use crate::{Image, InverseDepth, Mask, Stage};
+use crate::{Image, InverseDepth, Mask, Rect, Stage};
 
 /// An object of numbers.
 fn numbers(fields: &[(&str, f64)]) -> JsValue {
@@ -136,7 +135,7 @@ pub(super) fn times(times: &[(Stage, f64)]) -> JsValue {
 }
 
 pub(super) fn image(image: &Image) -> JsValue {
-    image_to_js(&image.data, image.width, image.height)
+    image_to_js(image.data(), image.width(), image.height())
 }
 
 /// Adds the inverse depth of target and reference, as far as there is any, to `to`.
@@ -167,7 +166,7 @@ fn depth(depth: &InverseDepth) -> JsValue {
 }
 
 pub(super) fn mask(mask: &Mask) -> JsValue {
-    sized(Uint8Array::from(mask.data.as_slice()).into(), mask.width, mask.height)
+    sized(Uint8Array::from(mask.data()).into(), mask.width(), mask.height())
 }
 
 fn model(model: &Model) -> JsValue {

@@ -49,7 +49,7 @@ pub fn load(folder: &Path) -> Case {
     let file = |key: &str| folder.join(json[key].as_str().unwrap_or_else(|| panic!("case.json has no {key}")));
     let (target, reference) = (photo(&file("target")), photo(&file("reference")));
     let depth = |key: &str, image: &Image| {
-        json["depth"].is_object().then(|| depth(&file(key), &json["depth"], (image.width, image.height)))
+        json["depth"].is_object().then(|| depth(&file(key), &json["depth"], (image.width(), image.height())))
     };
     Case {
         target_depth: depth("target_depth", &target),
@@ -64,7 +64,7 @@ pub fn load(folder: &Path) -> Case {
 fn photo(path: &Path) -> Image {
     let image = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8();
     let (width, height) = (image.width() as usize, image.height() as usize);
-    Image { data: image.into_raw(), width, height }
+    Image::new(image.into_raw(), width, height).expect("a photo")
 }
 
 fn depth(path: &Path, json: &Value, size: (usize, usize)) -> InverseDepth {

@@ -27,13 +27,13 @@ fn main() {
     };
     let photo = |name: &str| {
         let (width, height) = size(name);
-        Image { data: read(folder, name), width, height }
+        Image::new(read(folder, name), width, height).expect("a photo")
     };
     let (target, reference) = (photo("target"), photo("reference"));
     let depth = |name: &str, photo: &Image| {
         let kind = if sizes[name]["kind"] == "metric" { DepthKind::Metric } else { DepthKind::Inverse };
         let raw = floats(&read(folder, name));
-        InverseDepth::new("depth", &raw, size(name), kind, None, (photo.width, photo.height)).expect("a depth map")
+        InverseDepth::new("depth", &raw, size(name), kind, None, (photo.width(), photo.height())).expect("a depth map")
     };
     let (target_depth, reference_depth) = (depth("targetDepth", &target), depth("referenceDepth", &reference));
     let matches: Vec<Match> = floats(&read(folder, "matches"))
@@ -58,10 +58,10 @@ fn main() {
     println!(
         "{}",
         json!({
-            "mosaic": fnv(&done.mosaic.image.data),
-            "voidMask": fnv(&done.mosaic.voids.data),
-            "warped": fnv(&done.warped.image.data),
-            "footprint": fnv(&done.warped.footprint.data),
+            "mosaic": fnv(&done.mosaic.image.data()),
+            "voidMask": fnv(&done.mosaic.voids.data()),
+            "warped": fnv(&done.warped.image.data()),
+            "footprint": fnv(&done.warped.footprint.data()),
             "inliers": fnv(&inliers),
             "forward": fnv(&model(&done.geometry.forward)),
             "reverse": fnv(&model(&done.geometry.reverse)),

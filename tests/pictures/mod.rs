@@ -6,16 +6,16 @@ use depthstitch::{Image, Mask, Stage};
 
 pub fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
     let data = (0..width * height).flat_map(|i| pixel(i % width, i / width)).collect();
-    Image { data, width, height }
+    Image::new(data, width, height).unwrap()
 }
 
 pub fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) -> Mask {
     let data = (0..width * height).map(|i| if inside(i % width, i / width) { 255 } else { 0 }).collect();
-    Mask { data, width, height }
+    Mask::new(data, width, height).unwrap()
 }
 
 pub fn pixels(image: &Image) -> &[[u8; 4]] {
-    image.data.as_chunks().0
+    image.pixels()
 }
 
 /// Follows a call of one stage, and stops it at a fraction.

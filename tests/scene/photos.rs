@@ -40,7 +40,7 @@ impl Photos {
 }
 
 fn photo(view: &View) -> Image {
-    Image { data: view.rgba.clone(), width: view.width, height: view.height }
+    Image::new(view.rgba.clone(), view.width, view.height).unwrap()
 }
 
 fn inverse_depth(view: &View) -> InverseDepth {

@@ -35,7 +35,7 @@ impl Speckle {
                 }
             }
         }
-        for (i, pixel) in image.data.chunks_exact_mut(4).enumerate() {
+        for (i, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
             let (x, y) = ((i % width) as f64, (i / width) as f64);
             let mut value = 0.0;
             for k in 0..9 {

@@ -88,7 +88,7 @@ pub(super) fn coarse_to_fine(
     }
     Ok(sides.map(|side| {
         let (width, height) = (side.lines.prior.width(), side.lines.prior.height());
-        let reliable = Mask { data: side.reliable, width, height };
+        let reliable = Mask::from_bytes(side.reliable, width, height);
         Corrected { depth: InverseDepth::from_values(side.depth, width, height), reliable }
     }))
 }

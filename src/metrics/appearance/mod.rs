@@ -19,7 +19,8 @@ pub use voids::{Voids, voids};
 use crate::features::{LineSegmentOptions, line_segments};
 use crate::geometry::Model;
 use crate::image::check_size;
-use crate::mosaic::{Mosaic, Rect, check_canvas};
+use crate::mosaic::Mosaic;
+use crate::rect::Rect;
 use crate::warp::Warped;
 use crate::{ImageView, Result, View};
 
@@ -51,10 +52,10 @@ pub fn appearance(
     warped: &Warped,
     mosaic: &Mosaic,
 ) -> Result<Appearance> {
-    check_canvas(warped, reference)?;
-    let canvas = (warped.image.width, warped.image.height);
-    check_size("mosaic", (mosaic.image.width, mosaic.image.height), canvas)?;
-    check_size("seam", (mosaic.seam.width, mosaic.seam.height), canvas)?;
+    warped.check_canvas(reference)?;
+    let canvas = (warped.image.width(), warped.image.height());
+    check_size("mosaic", (mosaic.image.width(), mosaic.image.height()), canvas)?;
+    check_size("seam", (mosaic.seam.width(), mosaic.seam.height()), canvas)?;
     let frame = Rect { x: warped.offset.0, y: warped.offset.1, width: reference.width(), height: reference.height() };
     let (size, frame_size) = ((target.image.width(), target.image.height()), (frame.width, frame.height));
     let depth = lines::depth_of(forward, target.depth, size)?;

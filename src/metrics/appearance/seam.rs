@@ -2,7 +2,7 @@
 
 use super::{inside, share};
 use crate::Mask;
-use crate::mosaic::Rect;
+use crate::rect::Rect;
 use crate::warp::Warped;
 
 /// Labels of a seam mask: which photo shows.
@@ -27,14 +27,14 @@ pub struct SeamShape {
 
 /// Of the labels `seam` (1 where the target shows, 2 the reference) on a canvas with the reference at `frame`.
 pub fn seam_shape(warped: &Warped, seam: &Mask, frame: Rect) -> SeamShape {
-    let (width, height) = (seam.width, seam.height);
+    let (width, height) = (seam.width(), seam.height());
     let (mut length, mut on_border, mut overlap) = (0, 0, 0);
-    for (i, &label) in seam.data.iter().enumerate() {
+    for (i, &label) in seam.data().iter().enumerate() {
         let (x, y) = (i % width, i / width);
         let inside = inside(frame, x, y);
-        overlap += usize::from(inside >= 0 && warped.footprint.data[i] != 0);
-        let right = x + 1 < width && crosses(label, seam.data[i + 1]);
-        let below = y + 1 < height && crosses(label, seam.data[i + width]);
+        overlap += usize::from(inside >= 0 && warped.footprint.data()[i] != 0);
+        let right = x + 1 < width && crosses(label, seam.data()[i + 1]);
+        let below = y + 1 < height && crosses(label, seam.data()[i + width]);
         if right || below {
             length += 1;
             on_border += usize::from(inside.abs() <= NEAR);

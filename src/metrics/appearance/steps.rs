@@ -20,14 +20,14 @@ const FEW: usize = 20;
 /// 2 the reference. Both have the same size. `None` when no more than 20 places can be judged.
 pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> Option<f64> {
     let lab = Lab::new();
-    let (width, height) = (seam.width, seam.height);
+    let (width, height) = (seam.width(), seam.height());
     let pixels = mosaic.pixels();
     let (mut judged, mut visible) = (0, 0);
     for (lines, length, step, next) in [(height, width, 1, width), (width, height, width, 1)] {
         for line in 0..lines {
             let at = |i: usize| line * next + i * step;
             for i in 0..length - 1 {
-                if crosses(seam.data[at(i)], seam.data[at(i + 1)]) {
+                if crosses(seam.data()[at(i)], seam.data()[at(i + 1)]) {
                     let pixel = |i: usize| pixels[at(i)];
                     if let Some(stands_out) = stands_out(&lab, &pixel, length, i + 1) {
                         (judged, visible) = (judged + 1, visible + usize::from(stands_out));

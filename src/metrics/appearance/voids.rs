@@ -1,7 +1,7 @@
 //! Voids of the warped target within the reference.
 
 use super::{diagonal, inside, share};
-use crate::mosaic::Rect;
+use crate::rect::Rect;
 use crate::warp::Warped;
 
 /// Width of the band inside the reference's border, as a share of its diagonal.
@@ -21,12 +21,12 @@ pub fn voids(warped: &Warped, frame: Rect) -> Voids {
     let band = BAND * diagonal((frame.width, frame.height));
     let (mut drawn, mut void) = ([0; 2], [0; 2]);
     for y in frame.y..frame.y + frame.height {
-        let row = y * warped.image.width;
+        let row = y * warped.image.width();
         for x in frame.x..frame.x + frame.width {
-            if warped.footprint.data[row + x] == 0 {
+            if warped.footprint.data()[row + x] == 0 {
                 continue;
             }
-            let empty = usize::from(warped.image.data[4 * (row + x) + 3] == 0);
+            let empty = usize::from(warped.image.data()[4 * (row + x) + 3] == 0);
             let near = usize::from(inside(frame, x, y) as f64 <= band);
             (drawn[0], void[0]) = (drawn[0] + near, void[0] + near * empty);
             (drawn[1], void[1]) = (drawn[1] + 1, void[1] + empty);

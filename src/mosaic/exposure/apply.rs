@@ -19,10 +19,10 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
             *scaled = (bent * (STEPS - 1) as f64) as f32;
         }
     }
-    let (width, height) = (image.width, image.height);
+    let (width, height) = (image.width(), image.height());
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
-    for (y, pixels) in image.data.chunks_exact_mut(4 * width).enumerate() {
+    for (y, pixels) in image.pixels_mut().chunks_exact_mut(width).enumerate() {
         span.row(y, height)?;
         let above = y / step;
         let (above, below) = (above * columns, (above + 1).min(rows - 1) * columns);
@@ -31,7 +31,7 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
             let [above, below] = [above + i, below + i].map(|node| f32x4::new(nodes[node].gain));
             above + (below - above) * share
         };
-        for (i, pixels) in pixels.as_chunks_mut::<4>().0.chunks_mut(*step).enumerate() {
+        for (i, pixels) in pixels.chunks_mut(*step).enumerate() {
             let gain = gain_at(i);
             let slope = (gain_at((i + 1).min(columns - 1)) - gain) * f32x4::splat(share_of);
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {

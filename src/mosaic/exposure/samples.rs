@@ -45,14 +45,14 @@ pub(super) fn collect(
     let [least, most] = USABLE.map(u8x16::splat);
     let mut samples = Vec::new();
     reserve(&mut samples, columns * height.div_ceil(side))?;
-    let pixels = image.data.as_chunks::<4>().0;
+    let pixels = image.pixels();
     for (j, top) in (0..height).step_by(side).enumerate() {
         span.row(16 * j, 16 * height.div_ceil(side))?;
         sums.fill(Sums::default());
         let rows = (top..(top + side).min(height)).step_by(stride);
         let taps = rows.len() * side.div_ceil(stride);
         for y in rows {
-            let start = (reference.top + y) * image.width + reference.left;
+            let start = (reference.top + y) * image.width() + reference.left;
             let target = pixels[start..start + width].chunks(side);
             let photo = reference.photo.pixels()[y * width..(y + 1) * width].chunks(side);
             for ((target, photo), sums) in target.zip(photo).zip(&mut sums) {

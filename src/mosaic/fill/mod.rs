@@ -6,9 +6,9 @@ mod parts;
 mod smooth;
 
 use super::Guide;
-use super::crop::{bounding_box, extent};
-use crate::image::{check_len, check_size};
+use crate::image::check_size;
 use crate::observer::{Observer, report};
+use crate::rect::{bounding_box, extent};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
 use parts::{Part, Parts};
@@ -63,8 +63,8 @@ pub fn fill(
 ) -> Result<()> {
     check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
-    let row = |y: usize| extent(voids.data[y * voids.width..(y + 1) * voids.width].iter().map(|&void| void != 0));
-    let Some(bounds) = bounding_box(voids.height, &row) else { return report(observer, Stage::Fill, 1.0) };
+    let row = |y: usize| extent(voids.data()[y * voids.width()..(y + 1) * voids.width()].iter().map(|&void| void != 0));
+    let Some(bounds) = bounding_box(voids.height(), row) else { return report(observer, Stage::Fill, 1.0) };
     let mut parts = Parts::of(image, voids, bounds, options)?;
     let (clusters, alone) = Clusters::of(&parts)?;
     let mut filled = Vec::new();
@@ -74,7 +74,7 @@ pub fn fill(
         let inside = |x, y| clusters.find(&parts, cluster, x, y).is_some();
         if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
             // There is no piece that could be copied.
-            let (columns, rows) = cluster.bounds.grown(0, (image.width, image.height)).ranges();
+            let (columns, rows) = cluster.bounds.grown(0, (image.width(), image.height())).ranges();
             for y in rows {
                 for x in columns.clone() {
                     if let Some(at) = clusters.find(&parts, cluster, x, y) {
@@ -86,8 +86,8 @@ pub fn fill(
         progress.done += share;
     }
     progress.share = 1.0 - progress.done;
-    smooth::fill(image, &parts.gaps(image.width)?, voids, bounds, options.radius as usize, &mut progress)?;
-    let pixels = image.data.as_chunks_mut::<4>().0;
+    smooth::fill(image, &parts.gaps(image.width())?, voids, bounds, options.radius as usize, &mut progress)?;
+    let pixels = image.pixels_mut();
     filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
     report(observer, Stage::Fill, 1.0)
 }
@@ -111,17 +111,15 @@ impl Progress<'_> {
 }
 
 fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptions) -> Result<()> {
-    check_len("image", image.data.len(), image.width, image.height, 4)?;
-    check_len("voids", voids.data.len(), voids.width, voids.height, 1)?;
     for (name, expected, actual) in
-        [("voids width", image.width, voids.width), ("voids height", image.height, voids.height)]
+        [("voids width", image.width(), voids.width()), ("voids height", image.height(), voids.height())]
     {
         if expected != actual {
             return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into());
         }
     }
     if let Some(Guide { depth, .. }) = guide {
-        check_size("guide", (depth.width(), depth.height()), (image.width, image.height))?;
+        check_size("guide", (depth.width(), depth.height()), (image.width(), image.height()))?;
     }
     if !(1..=64).contains(&options.radius) {
         let value = f64::from(options.radius);

@@ -1,11 +1,11 @@
 //! Which void is filled how: by its width.
 
-use super::super::crop::Rect;
 use super::super::distance::{STRAIGHT, distance};
 use super::cluster::TILE;
 use super::smooth::reserve_more;
 use super::{FillMethod, FillOptions};
 use crate::image::reserve;
+use crate::rect::Rect;
 use crate::{Image, Mask, Result};
 
 /// What becomes of a pixel.
@@ -38,8 +38,8 @@ pub(super) struct Parts {
 impl Parts {
     /// Of the voids inside of `bounds`.
     pub fn of(image: &Image, voids: &Mask, bounds: Rect, options: &FillOptions) -> Result<Self> {
-        let size = (image.width, image.height);
-        let pixels = image.data.as_chunks::<4>().0;
+        let size = (image.width(), image.height());
+        let pixels = image.pixels();
         let mut widest = NARROW;
         if options.method == FillMethod::Exemplar {
             let valid = pixels.iter().filter(|pixel| pixel[3] != 0).count();
@@ -50,8 +50,8 @@ impl Parts {
         let mut parts = Vec::new();
         reserve(&mut parts, cells)?;
         for y in window.y..window.y + window.height {
-            let row = y * image.width + window.x..y * image.width + window.x + width;
-            parts.extend(voids.data[row.clone()].iter().zip(&pixels[row]).map(|(&void, pixel)| {
+            let row = y * image.width() + window.x..y * image.width() + window.x + width;
+            parts.extend(voids.data()[row.clone()].iter().zip(&pixels[row]).map(|(&void, pixel)| {
                 match (void, pixel[3]) {
                     (0, 0) => Part::Empty,
                     (0, _) => Part::Known,

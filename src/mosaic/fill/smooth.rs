@@ -7,9 +7,9 @@
 
 use wide::{f32x4, i32x4};
 
-use super::super::crop::Rect;
 use super::Progress;
 use crate::image::{reserve, zeroed};
+use crate::rect::Rect;
 use crate::{Image, Mask, Result};
 
 /// Filled pixels between two reports of progress.
@@ -71,9 +71,10 @@ pub(super) fn fill(
         (before, last, steps) = (last, front, 12 - steps);
     }
     let Transport { known, cells, .. } = transport;
+    let width = image.width();
     for &(cell, number) in &order[border..] {
         let (x, y) = cells.pixel(cell);
-        let pixel = &mut image.data.as_chunks_mut::<4>().0[y * image.width + x];
+        let pixel = &mut image.pixels_mut()[y * width + x];
         let colour = known[number as usize - 1].colour.to_array();
         pixel.iter_mut().zip(colour).for_each(|(own, v)| *own = (v + 0.5) as u8);
         pixel[3] = 255;
@@ -154,7 +155,7 @@ struct Transport<'a> {
 
 impl<'a> Transport<'a> {
     fn new(image: &'a Image, unknown: &'a Mask, bounds: Rect, radius: usize) -> Result<Self> {
-        let window = bounds.grown(radius, (image.width, image.height));
+        let window = bounds.grown(radius, (image.width(), image.height()));
         let cells = Cells { window, padding: radius, stride: window.width + radius };
         let disc = Disc::new(radius, cells.stride)?;
         let mut numbers = zeroed((window.height + 2 * radius + 1) * cells.stride)?;
@@ -170,17 +171,17 @@ impl<'a> Transport<'a> {
     /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
     #[inline(always)]
     fn valid(&self, x: usize, y: usize) -> Option<f32x4> {
-        let Image { data, width, height } = self.image;
-        if x >= *width || y >= *height || self.unknown.data[y * width + x] != 0 {
+        let (width, height) = (self.image.width(), self.image.height());
+        if x >= width || y >= height || self.unknown.data()[y * width + x] != 0 {
             return None;
         }
-        let [r, g, b, alpha] = data.as_chunks::<4>().0[y * width + x];
+        let [r, g, b, alpha] = self.image.pixels()[y * width + x];
         (alpha != 0).then(|| f32x4::from_i32x4(i32x4::new([r, g, b, 1].map(i32::from))))
     }
 
     /// Marks the voids; the valid cells next to them, and their numbers.
     fn border(&mut self, voids: &[usize]) -> Result<Vec<(usize, u32)>> {
-        let (cells, width) = (self.cells, self.image.width);
+        let (cells, width) = (self.cells, self.image.width());
         let cell = |void: usize| cells.cell(void % width, void / width);
         for &void in voids {
             self.numbers[cell(void)] = VOID;

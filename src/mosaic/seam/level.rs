@@ -81,7 +81,8 @@ impl Level {
 
     /// Writes the decisions into the canvas' mask.
     pub fn write(&self, seam: &mut Mask) {
-        let rows = seam.data.chunks_mut(seam.width).skip(self.top).zip(self.cells.chunks(self.width));
+        let width = seam.width();
+        let rows = seam.data_mut().chunks_mut(width).skip(self.top).zip(self.cells.chunks(self.width));
         for (row, cells) in rows {
             row[self.left..].iter_mut().zip(cells).for_each(|(shown, cell)| *shown = cell.shown);
         }

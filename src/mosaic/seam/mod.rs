@@ -25,9 +25,9 @@ const COARSEST: usize = 6000;
 
 /// Which photos are valid: 0 none, 1 the target, 2 the reference, 3 both.
 pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
-    let mut mask = Mask::empty(image.width, image.height)?;
-    let pixels = image.data.as_chunks::<4>().0.chunks_exact(image.width);
-    for (y, (row, pixels)) in mask.data.chunks_exact_mut(image.width).zip(pixels).enumerate() {
+    let mut mask = Mask::empty(image.width(), image.height())?;
+    let pixels = image.pixels().chunks_exact(image.width());
+    for (y, (row, pixels)) in mask.data_mut().chunks_exact_mut(image.width()).zip(pixels).enumerate() {
         row.iter_mut().zip(pixels).for_each(|(side, pixel)| *side = if pixel[3] != 0 { TARGET } else { NONE });
         if reference.row(y).is_some() {
             let over = &mut row[reference.left..reference.left + reference.photo.width()];
@@ -39,10 +39,10 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
 
 /// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
-    let (width, height) = (image.width, image.height);
-    let inside = distance(seam.data.len(), width, &|i| seam.data[i] & TARGET == 0)?;
+    let (width, height) = (image.width(), image.height());
+    let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
     let size = (reference.photo.width(), reference.photo.height());
-    for (i, side) in seam.data.iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
+    for (i, side) in seam.data_mut().iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);
         *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };

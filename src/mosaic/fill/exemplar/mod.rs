@@ -11,11 +11,11 @@ mod search;
 mod vote;
 
 use super::super::Guide;
-use super::super::crop::Rect;
 use super::super::distance::{STRAIGHT, distance};
 use super::Progress;
 use super::cluster::Cluster;
 use crate::image::reserve;
+use crate::rect::Rect;
 use crate::sampler::Sampler;
 use crate::{Image, Mask, Result};
 use level::{Level, Void};
@@ -61,7 +61,7 @@ pub(super) fn fill(
     progress: &mut Progress<'_>,
 ) -> Result<bool> {
     let reach = REACH.0 * cluster.deepest + REACH.1;
-    let window = cluster.bounds.grown(reach as usize, (image.width, image.height));
+    let window = cluster.bounds.grown(reach as usize, (image.width(), image.height()));
     let mut finest = base(image, voids, inside, guide, window)?;
     background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
     let mut levels = Vec::new();
@@ -108,7 +108,7 @@ pub(super) fn fill(
     filled.extend(level.voids.iter().map(|void| {
         let (x, y) = level.position(void.cell);
         let [r, g, b, _] = level.colour[void.cell];
-        ((window.y + y) * image.width + window.x + x, [r, g, b, 255])
+        ((window.y + y) * image.width() + window.x + x, [r, g, b, 255])
     }));
     Ok(true)
 }
@@ -170,9 +170,9 @@ fn base(
         for x in 0..window.width {
             let cell = level.cell(x, y);
             let (x, y) = (window.x + x, window.y + y);
-            let at = y * image.width + x;
-            let pixel = &image.data[4 * at..4 * at + 4];
-            if voids.data[at] != 0 {
+            let at = y * image.width() + x;
+            let pixel = &image.data()[4 * at..4 * at + 4];
+            if voids.data()[at] != 0 {
                 if inside(x, y) {
                     level.push(Void { cell, far: f32::NEG_INFINITY, limit: f32::MAX })?;
                 }
