@@ -6,11 +6,12 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod scene;
 
+use depthstitch::Rect;
 use depthstitch::features::LineSegment;
 use depthstitch::geometry::{Match, Model, homography};
 use depthstitch::image::DepthKind;
 use depthstitch::metrics::{LineBreaks, appearance, bending, broken_lines, seam_shape, visible_steps, voids};
-use depthstitch::mosaic::{Mosaic, Rect};
+use depthstitch::mosaic::Mosaic;
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, InverseDepth, Mask, View};
 use nalgebra::{Matrix3, Vector3};
@@ -117,7 +118,7 @@ fn steps_are_judged_where_enough_is_valid() {
             [120, 120, 120, 255]
         } else {
             let i = 4 * (y * 400 + x);
-            [image.data[i], image.data[i], image.data[i], 0]
+            [image.data()[i], image.data()[i], image.data()[i], 0]
         }
     });
     assert_eq!(visible_steps(few.view(), &seam), None);
@@ -234,7 +235,7 @@ fn all_measures_of_one_mosaic() {
         |x: usize, y: usize| if (x / 37 + y / 53) % 2 == 0 { [200, 190, 180, 255] } else { [60, 70, 80, 255] };
     let crop = |left: usize, width: usize| {
         let all = picture(stripes);
-        let data = all.data.chunks(4 * 400).flat_map(|row| row[4 * left..4 * (left + width)].to_vec()).collect();
+        let data = all.data().chunks(4 * 400).flat_map(|row| row[4 * left..4 * (left + width)].to_vec()).collect();
         Image { data, width, height: 400 }
     };
     let (target, reference) = (crop(0, 250), crop(100, 300));

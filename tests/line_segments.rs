@@ -18,7 +18,7 @@ type Point = [f64; 2];
 fn draw(width: usize, height: usize, grey: impl Fn(Point) -> f64) -> Image {
     const SAMPLES: usize = 8;
     let mut image = Image::transparent(width, height).unwrap();
-    for (i, pixel) in image.data().chunks_exact_mut(4).enumerate() {
+    for (i, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
         let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
         let sample =
             |k: usize| grey([(i % width) as f64 + offset(k % SAMPLES), (i / width) as f64 + offset(k / SAMPLES)]);
@@ -87,7 +87,7 @@ fn edges_are_found_under_noise() {
     let mut random = Random::new(5);
     let polygon = POLYGONS[0];
     let mut image = draw(240, 180, |p| if inside(polygon, p) { 180.0 } else { 80.0 });
-    for pixel in image.data().chunks_exact_mut(4) {
+    for pixel in image.data_mut().chunks_exact_mut(4) {
         let value = (f64::from(pixel[0]) + 8.0 * random.normal()).round().clamp(0.0, 255.0) as u8;
         pixel[..3].fill(value);
     }
@@ -105,7 +105,7 @@ fn noise_has_no_line_segments() {
     let mut count = 0;
     for _ in 0..4 {
         let mut image = Image::transparent(300, 200).unwrap();
-        for pixel in image.data().chunks_exact_mut(4) {
+        for pixel in image.data_mut().chunks_exact_mut(4) {
             pixel[..3].fill((255.0 * random.uniform()) as u8);
         }
         count += found(&image).len();
@@ -127,7 +127,7 @@ fn a_disc_is_no_long_line() {
 fn a_lower_bar_admits_more() {
     let mut random = Random::new(9);
     let mut image = draw(120, 90, |[x, y]| 20.0 + 0.2 * x + 0.1 * y);
-    for pixel in image.data().chunks_exact_mut(4) {
+    for pixel in image.data_mut().chunks_exact_mut(4) {
         let value = (f64::from(pixel[0]) + 12.0 * random.normal()).clamp(0.0, 255.0) as u8;
         pixel[..3].fill(value);
     }
@@ -169,7 +169,7 @@ fn options_out_of_range_are_refused_by_name() {
 fn the_same_bits_everywhere() {
     let mut random = Random::new(11);
     let mut image = draw(160, 120, |p| if inside(POLYGONS[0], p) { 190.0 } else { 70.0 });
-    for pixel in image.data().chunks_exact_mut(4) {
+    for pixel in image.data_mut().chunks_exact_mut(4) {
         let value = (f64::from(pixel[0]) + 20.0 * random.uniform()) as u8;
         pixel[..3].fill(value);
     }
