@@ -1,4 +1,4 @@
-//! Random numbers, the same on every machine.
+//! Random numbers, the same on every platform.
 
 /// PCG32 (O'Neill 2014, XSH-RR 64/32).
 #[derive(Debug, Clone)]
@@ -22,14 +22,13 @@ impl Sampler {
         ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
     }
 
-    /// A number below `n`. The bias of the multiply-shift is below n/2³²: nothing to a consensus.
+    /// A number below `n`. The bias of the multiply-shift method is below n/2³², which is negligible here.
     #[inline]
     pub fn below(&mut self, n: usize) -> usize {
         ((u64::from(self.next()) * n as u64) >> 32) as usize
     }
 
-    /// Fills `picked` with different indices below `n`, which must be at least as many.
-    #[inline(never)]
+    /// Fills `picked` with distinct indices below `n`, which must be at least `picked.len()`.
     pub fn sample(&mut self, n: usize, picked: &mut [usize]) {
         for i in 0..picked.len() {
             picked[i] = loop {

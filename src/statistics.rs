@@ -1,14 +1,20 @@
 //! Order statistics, and whether a consensus is more than chance.
 
+/// The median of a Rayleigh variable, the length of a vector whose two coordinates have standard deviation 1: √(2 ln 2).
+pub(crate) const RAYLEIGH_MEDIAN: f64 = 1.177;
+/// The median of the absolute value of a normal variable of standard deviation 1.
+pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
+/// The median of a χ² variable with one degree of freedom.
+pub(crate) const CHI_SQUARED_MEDIAN: f64 = 0.455;
+
 /// The upper median; `None` of no values.
 pub(crate) fn median(values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     nth(values, middle)
 }
 
-/// The value that `middle` others precede in order; `None` when there are not so many. By Hoare's selection: an
+/// The value with `middle` others before it in ascending order; `None` if there are not so many. By Hoare's selection: an
 /// instantiation of the standard library's sort would be several kilobytes of wasm.
-#[inline(never)]
 pub(crate) fn nth(mut values: Vec<f64>, middle: usize) -> Option<f64> {
     let (mut low, mut high) = (0, values.len().checked_sub(1)?);
     while low < high {
@@ -46,9 +52,9 @@ fn ln_factorials(n: usize) -> Vec<f64> {
 /// ln 10⁻³: one false alarm in a thousand pairs of photos that have nothing in common.
 const ALARMS: f64 = -6.907755278982137;
 
-/// The least number of inliers, of `n` matches, that chance is not expected to bring about (a-contrario, Moisan & Stival
+/// The smallest number of inliers, of `n` matches, that cannot be expected by chance (a-contrario, Moisan & Stival
 /// 2004): the smallest k whose number of false alarms
-/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below 10⁻³, for a model fixed by `m` matches and a chance `p` that a
+/// C(n, m)·P(Bin(n − m, p) ≥ k − m) is below 10⁻³, for a model determined by `m` matches and a chance `p` that a
 /// random match falls within the threshold. More than `n` when even full agreement proves nothing.
 pub(crate) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
     let ln = ln_factorials(n);

@@ -245,7 +245,7 @@ fn known_focal_length_is_kept() {
     }
     for bad in [0.0, -5.0, f64::NAN, f64::INFINITY] {
         let options = EstimateOptions { focal: Some(bad), ..Default::default() };
-        assert!(matches!(scene.fit(&options), Err(Error::InvalidArgument { name: "focal", .. })));
+        assert!(matches!(scene.fit(&options), Err(Error::InvalidArgument { name: "focalLength", .. })));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::interpolation::{Kernel, Sample, Scattered, diagonal};
 use super::pull_push::Level;
-use crate::geometry::{DepthSample, Model, at, dominant_plane};
+use crate::geometry::{DepthSample, Model, dominant_plane, plane_depth};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
 use crate::{InverseDepth, Mask, Result, Stage};
@@ -82,11 +82,13 @@ pub(super) fn continued(
         }
     }
     let Some(plane) = (known.len() >= FEWEST).then(|| dominant_plane(&known, 1.0)).flatten() else { return Ok(None) };
-    let samples: Vec<Sample> =
-        known.iter().map(|m| Sample { point: m.point, value: m.depth - at(plane, m.point), weight: 1.0 }).collect();
+    let samples: Vec<Sample> = known
+        .iter()
+        .map(|m| Sample { point: m.point, value: m.depth - plane_depth(plane, m.point), weight: 1.0 })
+        .collect();
     let mut filled = Scattered::new(&samples, KERNEL, (w, h), None).dense(observer)?.into_values();
     for (y, row) in filled.chunks_exact_mut(w).enumerate() {
-        let start = at(plane, [0.0, y as f64]);
+        let start = plane_depth(plane, [0.0, y as f64]);
         row.iter_mut().enumerate().for_each(|(x, v)| *v = (f64::from(*v) + start + plane[0] * x as f64) as f32);
     }
     // What is known deviates from that by the details.

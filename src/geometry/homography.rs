@@ -1,22 +1,21 @@
-//! The homography that fits given matches best, without a doubt about any of them.
+//! The homography that fits given matches best, all of which are taken as inliers.
 
-use super::points::{Normalisation, Points};
-use super::{Match, Model, linear, refine};
+use super::normalisation::Normalisation;
+use super::points::Points;
+use super::projection::ProjectionEstimator;
+use super::{Match, Model};
 
-/// Gains smaller than this share end the refinement.
+/// Where least squares stop: when a step reduces the cost by less than this fraction.
 const TOLERANCE: f64 = 1e-8;
 
-/// The homography with the least sum of squared transfer errors over all matches; `None` when they do not determine one.
+/// The homography with the least sum of squared transfer errors over all matches; `None` if they do not determine one.
 pub fn homography(matches: &[Match]) -> Option<Model> {
     let mut points = Points::default();
     matches.iter().for_each(|m| points.push(m.target, 0.0, m.reference));
-    let normalisation = Normalisation::of(&points);
+    let normalisation = Normalisation::hartley(&points);
     let points = normalisation.apply(&points);
-    let all: Vec<usize> = (0..points.len()).collect();
-    let start = linear::fit(&points, &all, 3, 1e-9)?;
-    // In front of the camera.
-    let start = if start[2][2] < 0.0 { start.map(|row| row.map(|v| -v)) } else { start };
-    let mut model = normalisation.model(&refine::refine(&points, &start, 3, TOLERANCE));
+    let projection = ProjectionEstimator::Homography.fit(&points, &vec![true; points.len()], None, TOLERANCE)?;
+    let mut model = normalisation.model(&projection);
     model.e.fill(0.0);
     model.is_finite().then_some(model)
 }

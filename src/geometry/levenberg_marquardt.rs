@@ -1,110 +1,80 @@
 //! Levenberg–Marquardt on the normal equations, with the damping of H. B. Nielsen, *Damping Parameter in Marquardt's
-//! Method* (1999). Normalised coordinates condition the equations well enough, and one pass over the matches gathers them.
+//! Method* (1999). Normalised coordinates condition the equations well enough, and one pass over the matches sums them.
 
-// Indices mirror the algebra.
-#![allow(clippy::needless_range_loop)]
+use nalgebra::{SMatrix, SVector};
 
-use super::linear::solve;
+/// Damping to start with, as a fraction of the largest diagonal entry (Nielsen's τ, for a good start).
+const DAMPING: f64 = 1e-6;
 
-/// How many numbers a problem can have. Those that it has not are 0 in its gradient and its matrix, and never move: one
-/// solver for all is less code.
-pub(super) const NUMBERS: usize = 11;
-
-/// ½Σr² at a state, its gradient Jᵀr, and the lower triangle of JᵀJ.
-pub(super) struct Normal {
+/// ½Σr² at a state, its gradient Jᵀr, and JᵀJ, of which only the lower triangle is read.
+pub(super) struct NormalEquations<const N: usize> {
     pub cost: f64,
-    pub gradient: [f64; NUMBERS],
-    pub matrix: [[f64; NUMBERS]; NUMBERS],
+    pub gradient: SVector<f64, N>,
+    pub matrix: SMatrix<f64, N, N>,
 }
 
-impl Normal {
-    /// Of no equation.
-    pub fn empty() -> Self {
-        Self { cost: 0.0, gradient: [0.0; NUMBERS], matrix: [[0.0; NUMBERS]; NUMBERS] }
+impl<const N: usize> NormalEquations<N> {
+    /// Of no residual.
+    pub fn zeros() -> Self {
+        Self { cost: 0.0, gradient: SVector::zeros(), matrix: SMatrix::zeros() }
     }
 
-    /// Adds an equation: `row` are the derivatives of its residual, `slope` is the residual times its `weight`.
-    #[inline(never)]
-    pub fn gather(&mut self, row: &[f64; NUMBERS], slope: f64, weight: f64) {
-        for (r, (sums, gradient)) in self.matrix.iter_mut().zip(&mut self.gradient).enumerate() {
-            // Many numbers play no part in an equation.
-            if row[r] != 0.0 {
-                *gradient += slope * row[r];
-                let weighted = weight * row[r];
-                sums.iter_mut().zip(&row[..=r]).for_each(|(sum, v)| *sum += weighted * v);
-            }
-        }
+    /// Adds a residual of this `weight` with these `derivatives`; the cost is up to the caller.
+    pub fn add(&mut self, derivatives: &SVector<f64, N>, residual: f64, weight: f64) {
+        self.gradient.axpy(weight * residual, derivatives, 1.0);
+        self.matrix.syger(weight, derivatives, derivatives, 1.0);
     }
 
-    /// The step of the equations damped by `damping`, and by how much the cost should fall.
-    #[inline(never)]
-    fn step(&self, damping: f64) -> Option<([f64; NUMBERS], f64)> {
-        let mut factor = self.matrix;
-        for i in 0..NUMBERS {
-            factor[i][i] += damping;
-        }
-        let mut step = self.gradient.map(|g| -g);
-        solve(factor.as_flattened_mut(), &mut step)?;
-        let fall = step.iter().zip(&self.gradient).map(|(s, g)| 0.5 * s * (damping * s - g)).sum();
-        Some((step, fall))
+    /// The step of the equations damped by `damping`, and the reduction of the cost that they predict.
+    fn step(&self, damping: f64) -> Option<(SVector<f64, N>, f64)> {
+        let damped = self.matrix + SMatrix::from_diagonal_element(damping);
+        let step = damped.cholesky()?.solve(&-self.gradient);
+        let predicted = 0.5 * step.dot(&(step * damping - self.gradient));
+        Some((step, predicted))
     }
 }
 
-/// A cost that can be linearised at any state.
-pub(super) trait LeastSquares {
+/// A cost of N unknowns that can be linearised at any state.
+pub(super) trait LeastSquares<const N: usize> {
     type State: Copy;
-    fn normal(&self, state: &Self::State) -> Normal;
-    fn moved(&self, state: &Self::State, step: &[f64; NUMBERS]) -> Self::State;
+    fn normal_equations(&self, state: &Self::State) -> NormalEquations<N>;
+    fn moved(&self, state: &Self::State, step: &SVector<f64, N>) -> Self::State;
 }
 
-/// Minimises from `start`; the state found, never worse, and its cost. Stops when a step gains less than the share
-/// `tolerance`, or after `tries` of them.
-pub(super) fn minimise<P: LeastSquares>(problem: &P, start: P::State, tolerance: f64, tries: usize) -> (P::State, f64) {
-    let mut state = start;
-    let cost = descend(problem.normal(&start), tolerance, tries, &mut |step, cost| {
-        let moved = problem.moved(&state, step);
-        let normal = problem.normal(&moved);
-        if normal.cost < cost {
-            state = moved;
-        }
-        normal
-    });
-    (state, cost)
-}
-
-/// The way down from where the equations are `normal`: one copy of it for all problems. `attempt` tells how they are after
-/// a step, which it keeps when they cost less than what it is given. Returns the last cost kept.
-#[inline(never)]
-fn descend(
-    mut normal: Normal,
+/// Minimises from `start`; the state found, never worse, and its cost. Stops when a step reduces the cost by less than the
+/// fraction `tolerance`, or after so many `iterations`.
+pub(super) fn minimise<const N: usize, P: LeastSquares<N>>(
+    problem: &P,
+    start: P::State,
     tolerance: f64,
-    tries: usize,
-    attempt: &mut dyn FnMut(&[f64; NUMBERS], f64) -> Normal,
-) -> f64 {
-    let largest = (0..NUMBERS).fold(0.0f64, |largest, i| largest.max(normal.matrix[i][i]));
-    let (mut damping, mut growth) = (1e-6 * largest, 2.0);
-    for _ in 0..tries {
-        if let Some((step, fall)) = normal.step(damping) {
-            let next = attempt(&step, normal.cost);
-            let small = |fall: f64| fall <= tolerance * normal.cost;
-            if next.cost < normal.cost {
-                let fallen = normal.cost - next.cost;
-                let done = small(fallen) && small(fall);
-                let excess = 2.0 * fallen / fall - 1.0;
+    iterations: usize,
+) -> (P::State, f64) {
+    let mut state = start;
+    let mut equations = problem.normal_equations(&state);
+    let (mut damping, mut growth) = (DAMPING * equations.matrix.diagonal().max(), 2.0);
+    for _ in 0..iterations {
+        if let Some((step, predicted)) = equations.step(damping) {
+            let moved = problem.moved(&state, &step);
+            let next = problem.normal_equations(&moved);
+            let small = |reduction: f64| reduction <= tolerance * equations.cost;
+            if next.cost < equations.cost {
+                let reduction = equations.cost - next.cost;
+                let converged = small(reduction) && small(predicted);
+                let excess = 2.0 * reduction / predicted - 1.0;
                 damping *= (1.0 - excess * excess * excess).max(1.0 / 3.0);
                 growth = 2.0;
-                normal = next;
-                if done {
+                (state, equations) = (moved, next);
+                if converged {
                     break;
                 }
                 continue;
             }
-            if small(fall) {
+            if small(predicted) {
                 break;
             }
         }
         damping *= growth;
         growth *= 2.0;
     }
-    normal.cost
+    (state, equations.cost)
 }

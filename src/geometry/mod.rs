@@ -1,23 +1,22 @@
-//! Robust fit and epipolar geometry from matches and depth (paper, section 3.1).
+//! Robust fit and epipolar geometry from matches and depth (paper, section 3.1). This module sees matches, not pixels.
+//!
+//! [`estimate()`] is the whole of it. One robust estimator (`ransac`) serves the homography and the depth model (`projection`)
+//! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras.
 
-mod calibration;
-mod cameras;
-mod clean;
-mod consensus;
+mod calibrated;
 mod epipolar;
-mod errors;
 mod estimate;
 mod homography;
 mod levenberg_marquardt;
-mod linear;
 mod model;
-mod parallax;
+mod normalisation;
 mod plane;
 mod points;
+mod projection;
 mod ransac;
-mod refine;
-mod reprojection;
-mod vectors;
+mod robust_fit;
+mod summary;
+mod usable;
 
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
@@ -25,20 +24,20 @@ pub use homography::homography;
 pub(crate) use model::check_views;
 pub use model::{Match, Model};
 pub use plane::DepthSample;
-pub(crate) use plane::{at, dominant_plane};
+pub(crate) use plane::{dominant_plane, plane_depth};
 
 use crate::InverseDepth;
 use crate::report::Warning;
 
-/// Which robust fit picks the inliers (paper, table 2, rows 1, 2 and 8).
+/// Which robust fit selects the inliers (paper, table 2, rows 1, 2 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RobustFit {
-    /// The paper's depth-RANSAC: six matches fix H∞ and e' at once.
+    /// The paper's depth-RANSAC: six matches determine H∞ and e' at once.
     #[default]
     Depth,
     /// One homography by RANSAC.
     Homography,
-    /// Several homographies, each by RANSAC on what the ones before left over.
+    /// Several homographies, each by RANSAC on the matches that the ones before left over.
     MultiHomography,
 }
 
@@ -56,32 +55,32 @@ impl Threshold {
     pub const PAPER: Threshold = Threshold::Normalised(0.1);
 }
 
-/// Whether the model of two calibrated cameras, rotation, translation and one focal length, may replace the free one.
+/// Whether two calibrated cameras (rotation, translation and one focal length) may replace the free model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Calibration {
     /// Never: the paper's model.
     Off,
-    /// When it explains the matches as well, less what fewer numbers must be expected to explain less.
+    /// Where they explain the matches as well, given that they have fewer parameters: see [`Score`].
     #[default]
     Auto,
     /// Wherever there is parallax.
     Always,
 }
 
-/// Options of [`estimate`].
+/// Options of [`estimate()`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
-    /// What picks the inliers.
+    /// How inliers are selected.
     pub robust_fit: RobustFit,
     /// The largest error of an inlier.
     pub threshold: Threshold,
-    /// The chance, 0 to 1, that at least one sample was free of outliers when sampling stops.
+    /// The probability, between 0 and 1, that at least one sample is free of outliers when sampling stops.
     pub confidence: f64,
-    /// Most samples to draw.
+    /// The largest number of samples to draw.
     pub max_trials: u32,
     /// Whether two calibrated cameras may replace the free model.
     pub calibration: Calibration,
-    /// Focal length in pixels of the target, when known to about two per cent.
+    /// Focal length in pixels of the target, if known to about two per cent.
     pub focal: Option<f64>,
     /// Seed of the sampler; the same seed gives the same bytes.
     pub seed: u32,
@@ -101,7 +100,7 @@ impl Default for EstimateOptions {
     }
 }
 
-/// What [`estimate`] needs to know of one photo.
+/// What [`estimate()`] needs to know of one photo.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     /// Width and height in pixels.
@@ -110,7 +109,7 @@ pub struct Frame<'a> {
     pub depth: Option<&'a InverseDepth>,
 }
 
-/// Whether parallax is part of the model.
+/// Which model was fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     /// x' ~ H∞ x̃ + e'·d(x).
@@ -129,8 +128,8 @@ pub struct Score {
     /// Σ min(x, 9) over all usable matches and both directions, x the squared error in standard deviations: of the points
     /// across the epipolar line, of the inverse depth along it.
     pub cost: f64,
-    /// What the models' numbers cost: k·ln 4n, with k = 22 free or 10 calibrated numbers and n matches of four coordinates
-    /// (Bayesian information criterion).
+    /// The penalty of the models' parameters: k·ln 4n, with k = 22 free or 10 calibrated parameters and n matches of four
+    /// coordinates (Bayesian information criterion).
     pub penalty: f64,
 }
 
@@ -148,7 +147,7 @@ pub struct Comparison {
     pub free: Score,
     /// Two cameras.
     pub calibrated: Score,
-    /// Whether the depth, by the cameras, errs hardly more than the matches.
+    /// Whether the depth, judged by the cameras, is about as accurate as the matches.
     pub exact: bool,
 }
 
@@ -161,22 +160,22 @@ pub struct Estimate {
     pub reverse: Model,
     /// One flag per match passed, in the same order.
     pub inliers: Vec<bool>,
-    /// Whether parallax is part of the models.
+    /// Which model was fitted.
     pub kind: ModelKind,
     /// Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped.
     pub usable: usize,
-    /// Points followed over the overlap that were fitted besides the matches: of [`align`](crate::pipeline::align) only.
-    pub followed: usize,
-    /// The threshold that chose the inliers, in pixels of the reference.
+    /// Points tracked over the overlap that were fitted besides the matches: of [`align`](crate::pipeline::align) only.
+    pub tracked: usize,
+    /// The threshold of the inliers, in pixels of the reference.
     pub threshold: f64,
-    /// Samples drawn, all passes together.
+    /// Samples drawn, in total.
     pub trials: u32,
-    /// Median transfer error of the inliers in pixels, forward and reverse; of the points followed as well.
+    /// Median transfer error of the inliers in pixels, forward and reverse; the tracked points included.
     pub residual: [f64; 2],
     /// Focal length in pixels of the target: of calibrated models only. The reference's is the same share of its diagonal.
     pub focal: Option<f64>,
-    /// How the free and the calibrated models compared, when both were fitted.
+    /// How the free and the calibrated models compare, if both were fitted.
     pub comparison: Option<Comparison>,
-    /// What a person should know about the fit.
+    /// What the user should know about the fit.
     pub warnings: Vec<Warning>,
 }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::image::check_size;
 use crate::{Error, Result, View};
 
-/// A point of the target and the point of the reference that shows the same thing, in pixels.
+/// A point of the target and the point of the reference that shows the same scene point, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
     /// x, y in the target.
@@ -30,15 +30,15 @@ impl Model {
         Self { h, e: Vector3::zeros() }
     }
 
-    /// The model back, (H⁻¹, −H⁻¹e): what has depth d and a third coordinate λ here has d/λ there. `None` when H has no
-    /// inverse.
+    /// The model of the other direction, (H⁻¹, −H⁻¹e): inverse depth d with the third coordinate λ here is d/λ there. `None`
+    /// if H has no inverse.
     pub fn inverse(&self) -> Option<Self> {
         let h = self.h.try_inverse()?;
         let inverse = Self { h, e: -(h * self.e) };
         inverse.is_finite().then_some(inverse)
     }
 
-    /// Whether depth plays a part.
+    /// Whether the map depends on depth, that is e' ≠ 0.
     pub fn has_parallax(&self) -> bool {
         self.e != Vector3::zeros()
     }
@@ -48,7 +48,8 @@ impl Model {
         self.h.as_slice().iter().chain(self.e.as_slice()).all(|v| v.is_finite())
     }
 
-    /// Homogeneous image of (x, y) with inverse depth d. Not in front of the camera unless the third one is positive.
+    /// Homogeneous image of (x, y) with inverse depth d. The point is in front of the camera if the third coordinate is
+    /// positive.
     #[inline]
     pub fn transform(&self, x: f64, y: f64, d: f64) -> [f64; 3] {
         let (h, e) = (&self.h, &self.e);
@@ -59,8 +60,14 @@ impl Model {
         ]
     }
 
-    /// Distance in pixels of a point of the other photo from the epipolar line of (x, y): what no inverse depth brings
-    /// closer. `None` without a line: without parallax, or at the epipole.
+    /// Distance in pixels between the image of (x, y) with inverse depth d and the point that it was matched with (paper,
+    /// equation 5). `None` behind the camera.
+    pub fn transfer_error(&self, [x, y]: [f64; 2], d: f64, [u, v]: [f64; 2]) -> Option<f64> {
+        self.project(x, y, d).map(|[a, b]| ((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
+    }
+
+    /// Distance in pixels of a point of the other photo from the epipolar line of (x, y), which no inverse depth can reduce.
+    /// `None` without a line: without parallax, or at the epipole.
     pub fn epipolar_distance(&self, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> Option<f64> {
         let line = self.e.cross(&(self.h * Vector3::new(x, y, 1.0)));
         let length = (line[0] * line[0] + line[1] * line[1]).sqrt();
@@ -70,7 +77,7 @@ impl Model {
     /// By how many pixels the image of (x, y) moves per unit of inverse depth, at d: |∂x'/∂d|.
     pub fn parallax(&self, [x, y]: [f64; 2], d: f64) -> f64 {
         let [u, v, w] = self.transform(x, y, d);
-        let [du, dv] = [(self.e[0] - u / w * self.e[2]) / w, (self.e[1] - v / w * self.e[2]) / w];
+        let [du, dv] = depth_derivative(&self.e, [u / w, v / w], w);
         (du * du + dv * dv).sqrt()
     }
 
@@ -80,6 +87,13 @@ impl Model {
         let [u, v, w] = self.transform(x, y, d);
         (w > 0.0).then(|| [u / w, v / w])
     }
+}
+
+/// ∂x'/∂d of a point that is projected to `place` with the third coordinate `w`, by the epipole `e`: (e − e₃ x̃')/w, which
+/// points along the epipolar line.
+#[inline(always)]
+pub(super) fn depth_derivative(e: &Vector3<f64>, place: [f64; 2], w: f64) -> [f64; 2] {
+    [(e[0] - place[0] * e[2]) / w, (e[1] - place[1] * e[2]) / w]
 }
 
 /// Checks models, sizes, and that there is depth where there is parallax.

@@ -1,7 +1,11 @@
-//! The plane of relative inverse depth that most of the points are near to.
+//! The plane of relative inverse depth that most of the points are close to.
 
-use super::linear::solve;
+use nalgebra::{Matrix3, Vector3};
+
 use crate::statistics::median;
+
+/// Iterations of reweighted least squares; the plane hardly changes after ten.
+const ITERATIONS: usize = 20;
 
 /// A point of one photo with its inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -14,32 +18,25 @@ pub struct DepthSample {
     pub parallax: f64,
 }
 
-/// a, b, c of depth = ax + by + c with the least sum of distances in the other photo, by reweighted least squares; what is
-/// within `unit` of the plane counts as on it. `None` when the points lie on one line.
-#[inline(never)]
+/// a, b, c of depth = ax + by + c with the least sum of distances in the other photo, by iteratively reweighted least
+/// squares; errors up to `unit` have the weight of `unit`. `None` if the points lie on one line.
 pub(crate) fn dominant_plane(points: &[DepthSample], unit: f64) -> Option<[f64; 3]> {
     let mut plane = [0.0, 0.0, median(points.iter().map(|m| m.depth).collect())?];
-    for _ in 0..20 {
-        let (mut normal, mut solved) = ([0.0; 9], [0.0; 3]);
+    for _ in 0..ITERATIONS {
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for m in points {
-            let p = [m.point[0], m.point[1], 1.0];
-            let residual = (m.depth - at(plane, m.point)).abs() * m.parallax;
+            let p = Vector3::new(m.point[0], m.point[1], 1.0);
+            let residual = (m.depth - plane_depth(plane, m.point)).abs() * m.parallax;
             let weight = m.parallax * m.parallax / if residual > unit { residual } else { unit };
-            for r in 0..3 {
-                let weighted = weight * p[r];
-                solved[r] += weighted * m.depth;
-                for c in 0..=r {
-                    normal[3 * r + c] += weighted * p[c];
-                }
-            }
+            normal.syger(weight, &p, &p, 1.0);
+            right += p * (weight * m.depth);
         }
-        solve(&mut normal, &mut solved)?;
-        plane = solved;
+        plane = normal.cholesky()?.solve(&right).into();
     }
     Some(plane)
 }
 
-/// The plane's depth at a point.
-pub(crate) fn at([a, b, c]: [f64; 3], [x, y]: [f64; 2]) -> f64 {
+/// The plane's inverse depth at a point.
+pub(crate) fn plane_depth([a, b, c]: [f64; 3], [x, y]: [f64; 2]) -> f64 {
     a * x + b * y + c
 }

@@ -138,7 +138,7 @@ fn fit_to_tracked(
     let refit = estimate(&all, frames[0], frames[1], &options.estimate, &mut Portion::new(observer, 0.8, 1.0));
     Ok(if_possible(refit)?.map(|mut found| {
         let tracked = found.inliers.split_off(matches.len());
-        found.followed = tracked.into_iter().filter(|inlier| *inlier).count();
+        found.tracked = tracked.into_iter().filter(|inlier| *inlier).count();
         // Tracked points say nothing about how good the matches are.
         Estimate { usable: fitted.usable, warnings: fitted.warnings.clone(), ..found }
     }))

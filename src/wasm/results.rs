@@ -43,7 +43,7 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
         ("matches", geometry.inliers.len() as f64),
         ("usable", geometry.usable as f64),
         ("inliers", count as f64),
-        ("tracked", geometry.followed as f64),
+        ("tracked", geometry.tracked as f64),
         ("threshold", geometry.threshold),
         ("trials", f64::from(geometry.trials)),
     ]);

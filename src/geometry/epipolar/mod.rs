@@ -1,32 +1,36 @@
 //! Epipolar geometry of two photos: the fundamental matrix, and with it plane + parallax, which gives every match a relative
 //! inverse depth.
 
+mod consensus;
 mod fundamental;
 mod refine;
-mod search;
 mod seven_point;
 mod triangulation;
 
-use super::clean::{Usable, clean, spread};
-use super::errors::{Scales, count};
-use super::estimate::{FEW, concluded};
+use super::normalisation::Normalisation;
 use super::plane::DepthSample;
-use super::points::{Normalisation, Points, Projection};
-use super::ransac::Search;
+use super::points::{Points, Projection};
+use super::ransac::Config;
+use super::ransac::score::{Scales, count};
+use super::summary::{FEW, summarise};
+use super::usable::{Usable, scatter_area, usable_matches};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::sampler::Sampler;
 use crate::statistics::meaningful_consensus;
 use crate::{Error, Result, Stage};
-use search::{Epipolar, search};
+use consensus::{Epipolar, search};
 use triangulation::{Triangulated, plane_parallax};
 
-/// What the matches of two photos tell without depth maps.
+/// Samples drawn in any case: most of those without outliers determine little, as on one plane.
+const MIN_TRIALS: u32 = 200;
+
+/// The geometry of two photos without depth maps.
 #[derive(Debug, Clone)]
 pub(crate) struct TwoViewGeometry {
     /// Both models, of kind [`ModelKind::TwoView`], the reverse one being the inverse of the forward one: H⁻¹, −H⁻¹e. Or
-    /// the homography, when parallax is not observable.
+    /// the homography, if parallax is not observable.
     pub estimate: Estimate,
     /// Relative inverse depth at the inliers, in the target and in the reference; `None` with a homography.
     pub samples: Option<[Vec<DepthSample>; 2]>,
@@ -34,7 +38,7 @@ pub(crate) struct TwoViewGeometry {
 
 /// Finds the epipolar geometry of the matches, and a relative inverse depth of each.
 ///
-/// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
+/// If the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
 /// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
 ///
 /// # Errors
@@ -46,16 +50,17 @@ pub(crate) fn two_view_geometry(
     observer: &mut dyn Observer,
 ) -> Result<TwoViewGeometry> {
     let frames = sizes.map(|size| Frame { size, depth: None });
-    // What a homography explains is no parallax; but where there is much of it, no homography may be found.
-    let flat = match estimate(matches, frames[0], frames[1], options, observer) {
+    // Only what no homography explains is parallax. With much parallax, no homography may be found.
+    let homography = match estimate(matches, frames[0], frames[1], options, observer) {
         Err(error) if matches!(*error, Error::NoConsensus { .. }) => Err(error),
         other => Ok(other?),
     };
-    let usable = clean(matches, [&frames[0], &frames[1]]);
-    let scene = PlaneParallax::of(&usable, flat.as_ref().ok().map(|flat| &flat.forward), options);
+    let usable = usable_matches(matches, [&frames[0], &frames[1]]);
+    let plane = homography.as_ref().ok().map(|homography| &homography.forward);
+    let scene = PlaneParallax::find(&usable, plane, options);
     report(observer, Stage::Depth, 0.1)?;
     let Some(scene) = scene else {
-        let mut estimate = flat?;
+        let mut estimate = homography?;
         for warning in &mut estimate.warnings {
             if *warning == Warning::NoDepth {
                 *warning = Warning::ParallaxUnobservable;
@@ -67,20 +72,24 @@ pub(crate) fn two_view_geometry(
     Ok(TwoViewGeometry { estimate: scene.estimate(&usable, matches.len()), samples: Some(samples) })
 }
 
+/// Whether the matches show parallax beyond a homography, whatever depth maps say of it.
+pub(super) fn has_unexplained_parallax(usable: &[Usable], homography: &Model, options: &EstimateOptions) -> bool {
+    PlaneParallax::find(usable, Some(homography), options).is_some()
+}
+
 /// Epipolar geometry with parallax.
 struct PlaneParallax {
     epipolar: Epipolar,
     /// In pixels, target to reference and back.
     models: [Model; 2],
     matches: Vec<Triangulated>,
-    /// What chose the inliers, in pixels.
+    /// The threshold of the inliers, in pixels.
     threshold: f64,
 }
 
 impl PlaneParallax {
-    /// `None` when the matches show no more parallax than `plane` explains.
-    #[inline(never)]
-    fn of(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
+    /// `None` if the matches show no more parallax than the homography of a `plane` explains.
+    fn find(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
         let mut points = Points::default();
         usable.iter().for_each(|m| points.push(m.ends[0], 0.0, m.ends[1]));
         let units = Normalisation::isotropic(&points);
@@ -90,20 +99,25 @@ impl PlaneParallax {
             Threshold::Pixels(t) => t * units.scale(),
             Threshold::Normalised(t) => t,
         };
-        // A match errs in one direction only, and a wide band along the epipolar lines lets many wrong ones in.
-        let scales = Scales::between(threshold, threshold / 3.0);
-        let how = Search { scales, confidence: options.confidence, max_trials: options.max_trials, local: true };
-        let epipolar = search(&points, plane.as_ref(), &how, &mut Sampler::new(options.seed))?;
+        let config = Config {
+            // Only the error across the line counts, and a wide band along the epipolar lines admits many outliers.
+            scales: Scales::between(threshold, threshold / 3.0),
+            confidence: options.confidence,
+            max_trials: options.max_trials,
+            min_trials: MIN_TRIALS,
+            local_iterations: 1,
+        };
+        let epipolar = search(&points, plane.as_ref(), &config, &mut Sampler::new(options.seed))?;
         let chance = chance(usable, epipolar.threshold / units.scale());
         let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
         let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale(), chance);
-        if count(&epipolar.inliers) < needed || !plane.as_ref().is_none_or(shown) {
+        if count(epipolar.inliers.iter().copied()) < needed || !plane.as_ref().is_none_or(shown) {
             return None;
         }
         let (projection, matches) = plane_parallax(&points, &epipolar.inliers, &epipolar.fundamental, units.scale())?;
         let forward = units.model(&projection);
         let models = [forward, forward.inverse()?];
-        // From a few no dense depth can be made.
+        // A few are not enough for dense depth.
         (matches.len() >= needed.max(FEW)).then_some(Self {
             threshold: epipolar.threshold / units.scale(),
             epipolar,
@@ -122,20 +136,16 @@ impl PlaneParallax {
         self.matches.iter().map(sample).collect()
     }
 
-    #[inline(never)]
     fn estimate(&self, usable: &[Usable], passed: usize) -> Estimate {
         let inlying: Vec<Usable> = self.matches.iter().map(|m| usable[m.index]).collect();
         let models = &self.models;
-        let error = |m: &Usable, side: usize| {
-            models[side].epipolar_distance(m.ends[side], m.ends[1 - side]).unwrap_or(f64::INFINITY)
-        };
-        let found = concluded(&inlying, *models, ModelKind::TwoView, [passed, usable.len()], &error);
+        let error = |m: &Usable, side: usize| models[side].epipolar_distance(m.ends[side], m.ends[1 - side]);
+        let found = summarise(&inlying, *models, ModelKind::TwoView, [passed, usable.len()], error);
         Estimate { threshold: self.threshold, trials: self.epipolar.trials, ..found }
     }
 }
 
-/// The chance that a wrong match, which lies anywhere, is within the threshold of its line.
+/// The probability that an outlier is within the threshold of its epipolar line.
 fn chance(usable: &[Usable], threshold: f64) -> f64 {
-    let [narrow, wide] = spread(usable, 1);
-    (2.0 * threshold / (12.0 * narrow * wide).sqrt()).min(1.0)
+    (2.0 * threshold / scatter_area(usable).sqrt()).min(1.0)
 }

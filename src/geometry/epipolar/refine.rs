@@ -1,86 +1,67 @@
-//! Least squares on the Sampson distances, within the matrices of rank 2.
+//! Sampson refinement: least squares on the Sampson distances, within the matrices of rank 2.
 
-use super::fundamental::Fundamental;
-use crate::geometry::levenberg_marquardt::{LeastSquares, NUMBERS, Normal, minimise};
+use nalgebra::{Matrix3, SVector, Vector3};
+
+use super::fundamental::{Fundamental, cofactors};
+use crate::geometry::levenberg_marquardt::{LeastSquares, NormalEquations, minimise};
 use crate::geometry::points::Points;
-use crate::geometry::vectors::{add, added, apply, cofactors, dot, product, scale, transposed};
 
-/// The entries of F row by row, and two that count for nothing.
-type Entries = [f64; NUMBERS];
+/// Most iterations.
+const ITERATIONS: usize = 50;
+
+/// The entries of F, column by column.
+type Entries = SVector<f64, 9>;
 
 /// The squared Sampson distances of the points.
-struct Distances<'a>(&'a Points);
+struct SampsonDistances<'a>(&'a Points);
 
-impl LeastSquares for Distances<'_> {
+impl LeastSquares<9> for SampsonDistances<'_> {
     type State = Fundamental;
 
-    /// Steps lead along the matrices of rank 2 and norm 1: across them there is no slope.
-    fn normal(&self, f: &Fundamental) -> Normal {
-        let (points, back) = (self.0, transposed(f));
-        let across = [unit(f), unit(&cofactors(f))].map(flat);
-        let mut normal = Normal::empty();
-        for p in points.iter() {
-            let (m, a) = ([p.x, p.y, 1.0], [p.u, p.v, 1.0]);
-            let (mut l, mut k) = (apply(f, m), apply(&back, a));
-            let s = dot(a, l);
-            (l[2], k[2]) = (0.0, 0.0);
-            let square = dot(l, l) + dot(k, k);
+    /// Steps lead along the matrices of rank 2 and norm 1: the gradient is projected onto their tangent space.
+    fn normal_equations(&self, Fundamental(f): &Fundamental) -> NormalEquations<9> {
+        let normals = [unit(*f), unit(cofactors(f))];
+        let mut equations = NormalEquations::zeros();
+        for p in self.0.iter() {
+            let (x, u) = (Vector3::new(p.x, p.y, 1.0), Vector3::new(p.u, p.v, 1.0));
+            let (mut line, mut back) = (f * x, f.tr_mul(&u));
+            let s = u.dot(&line);
+            (line[2], back[2]) = (0.0, 0.0);
+            let square = line.norm_squared() + back.norm_squared();
             let (inverse, q) = (1.0 / square.sqrt(), s / square);
-            let inner = added(m, k, -q);
-            let mut slope = [0.0; NUMBERS];
-            for (i, slope) in slope.iter_mut().take(9).enumerate() {
-                let (r, c) = (i / 3, i % 3);
-                *slope = inverse * (a[r] * inner[c] - q * l[r] * m[c]);
-            }
-            for normal in &across {
-                let along = product(&slope, normal);
-                add(&mut slope, -along, normal);
+            // Of s/√(|l|² + |k|²) by F, l and k being the first two coordinates of both epipolar lines.
+            let mut derivative = (u * (x - back * q).transpose() - line * x.transpose() * q) * inverse;
+            for normal in &normals {
+                derivative -= normal * derivative.dot(normal);
             }
             let distance = s * inverse;
-            normal.cost += 0.5 * distance * distance;
-            normal.gather(&slope, distance, 1.0);
+            equations.cost += 0.5 * distance * distance;
+            equations.add(&Entries::from_column_slice(derivative.as_slice()), distance, 1.0);
         }
-        normal
+        equations
     }
 
     fn moved(&self, f: &Fundamental, step: &Entries) -> Fundamental {
-        let mut moved = *f;
-        add(moved.as_flattened_mut(), 1.0, step);
-        retracted(moved)
+        retract(f.0 + Matrix3::from_column_slice(step.as_slice()))
     }
 }
 
-fn flat(m: Fundamental) -> Entries {
-    let mut entries = [0.0; NUMBERS];
-    entries[..9].copy_from_slice(m.as_flattened());
-    entries
-}
-
-fn square(m: &Fundamental) -> f64 {
-    product(m.as_flattened(), m.as_flattened())
-}
-
-fn unit(m: &Fundamental) -> Fundamental {
-    let norm = square(m).sqrt().max(f64::MIN_POSITIVE);
-    let mut unit = *m;
-    scale(unit.as_flattened_mut(), 1.0 / norm);
-    unit
+fn unit(m: Matrix3<f64>) -> Matrix3<f64> {
+    m / m.norm().max(f64::MIN_POSITIVE)
 }
 
 /// A matrix of rank 2 and norm 1 next to `f`, by Newton's method along the gradient of the determinant.
-#[inline(never)]
-fn retracted(mut f: Fundamental) -> Fundamental {
+fn retract(mut f: Matrix3<f64>) -> Fundamental {
+    // It converges quadratically, from a determinant that is small already.
     for _ in 0..3 {
-        let c = cofactors(&f);
-        let share = dot(c[0], f[0]) / square(&c).max(f64::MIN_POSITIVE);
-        add(f.as_flattened_mut(), -share, c.as_flattened());
+        let gradient = cofactors(&f);
+        f -= gradient * (f.determinant() / gradient.norm_squared().max(f64::MIN_POSITIVE));
     }
-    unit(&f)
+    Fundamental(unit(f))
 }
 
-/// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step gains
-/// less than the share `tolerance`.
-#[inline(never)]
+/// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step
+/// reduces the cost by less than the fraction `tolerance`.
 pub(super) fn refine(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
-    minimise(&Distances(points), retracted(*start), tolerance, 50).0
+    minimise(&SampsonDistances(points), retract(start.0), tolerance, ITERATIONS).0
 }

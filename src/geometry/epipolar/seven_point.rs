@@ -1,85 +1,55 @@
 //! The fundamental matrices through seven matches (Hartley & Zisserman, section 11.1.2).
 
-use super::fundamental::Fundamental;
-use crate::geometry::points::{Point, Points};
-use crate::geometry::vectors::{add, cofactors, product, scale};
+use nalgebra::{FullPivLU, Matrix3, SMatrix, SVector};
 
+use super::fundamental::{Fundamental, cofactors};
+use crate::geometry::points::{Point, Points};
+
+/// Matches in a minimal sample.
 pub(super) const SAMPLE: usize = 7;
 
-/// Up to three matrices of rank 2; none when the matches leave more than two dimensions open.
-#[inline(never)]
-pub(super) fn seven_point(points: &Points, sample: [usize; SAMPLE]) -> Vec<Fundamental> {
-    let mut rows = [[0.0; 9]; SAMPLE];
-    for (row, i) in rows.iter_mut().zip(sample) {
+/// Below this fraction of the first pivot a pivot counts as rounding.
+const MIN_PIVOT: f64 = 1e-10;
+/// Bisections of a root; each gains a bit.
+const BISECTIONS: usize = 60;
+
+/// Up to three matrices of rank 2; none if the matches leave more than two dimensions open.
+pub(super) fn seven_point(points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+    let mut rows = SMatrix::<f64, SAMPLE, 9>::zeros();
+    for (r, &i) in sample.iter().enumerate().take(SAMPLE) {
         let Point { x, y, u, v, .. } = points[i];
-        *row = [u * x, u * y, u, v * x, v * y, v, x, y, 1.0];
+        rows.set_row(r, &SVector::from([u * x, u * y, u, v * x, v * y, v, x, y, 1.0]).transpose());
     }
-    let mut found = Vec::new();
-    if let Some([a, b]) = null_space(rows) {
-        for t in real_roots(determinant(&a, &b)) {
-            // A + tB.
-            let mut f = a;
-            add(f.as_flattened_mut(), t, b.as_flattened());
-            found.push(f);
-        }
-    }
-    found
+    let Some([a, b]) = null_space(rows) else { return Vec::new() };
+    real_roots(determinant(&a, &b)).into_iter().map(|t| Fundamental(a + b * t)).collect()
 }
 
-/// det(A + tB) as a polynomial, the constant first.
-fn determinant(a: &Fundamental, b: &Fundamental) -> [f64; 4] {
-    let product = |a: &Fundamental, b: &Fundamental| product(a.as_flattened(), b.as_flattened());
-    let (ca, cb) = (cofactors(a), cofactors(b));
-    [product(&ca, a) / 3.0, product(&ca, b), product(&cb, a), product(&cb, b) / 3.0]
+/// det(A + tB) as a polynomial, constant first.
+fn determinant(a: &Matrix3<f64>, b: &Matrix3<f64>) -> [f64; 4] {
+    [a.determinant(), cofactors(a).dot(b), cofactors(b).dot(a), b.determinant()]
 }
 
-/// Two matrices that span what is orthogonal to all rows, by Gauss–Jordan elimination with full pivoting.
-#[inline(never)]
-fn null_space(mut rows: [[f64; 9]; SAMPLE]) -> Option<[Fundamental; 2]> {
-    // The column of each row's pivot. All other rows are 0 there, so that none has two.
-    let mut pivots = [0; SAMPLE];
-    let mut first = 0.0;
-    for k in 0..SAMPLE {
-        let (mut at, mut largest) = (9 * k, 0.0);
-        for (i, v) in rows.as_flattened().iter().enumerate().skip(9 * k) {
-            if v.abs() > largest {
-                (at, largest) = (i, v.abs());
-            }
-        }
-        first = if k == 0 { largest } else { first };
-        if largest.is_nan() || largest <= 1e-10 * first {
-            return None;
-        }
-        pivots[k] = at % 9;
-        let mut pivot = rows[at / 9];
-        rows[at / 9] = rows[k];
-        let largest = pivot[pivots[k]];
-        scale(&mut pivot, 1.0 / largest);
-        // Exactly, so that it vanishes from the others.
-        pivot[pivots[k]] = 1.0;
-        for row in &mut rows {
-            let factor = row[pivots[k]];
-            add(row, -factor, &pivot);
-        }
-        rows[k] = pivot;
+/// Two matrices, read row by row, that span what is orthogonal to all rows.
+fn null_space(rows: SMatrix<f64, SAMPLE, 9>) -> Option<[Matrix3<f64>; 2]> {
+    let lu = FullPivLU::new(rows);
+    let u = lu.u();
+    if !(0..SAMPLE).all(|i| u[(i, i)].abs() > MIN_PIVOT * u[(0, 0)].abs()) {
+        return None;
     }
-    let mut basis = [[[0.0; 3]; 3]; 2];
-    let free = (0..9).filter(|c| !pivots.contains(c));
-    for (vector, free) in basis.iter_mut().zip(free) {
-        let vector = vector.as_flattened_mut();
-        vector[free] = 1.0;
-        for (row, pivot) in rows.iter().zip(pivots) {
-            vector[pivot] = -row[free];
-        }
-    }
-    Some(basis)
+    // With the columns permuted, (U₁ U₂)·(x, f) = 0 for any choice of the last two entries f.
+    let bound = u.fixed_columns::<SAMPLE>(0).solve_upper_triangular(&-u.fixed_columns::<2>(SAMPLE))?;
+    let mut basis = SMatrix::<f64, 9, 2>::zeros();
+    basis.fixed_rows_mut::<SAMPLE>(0).copy_from(&bound);
+    basis.fixed_rows_mut::<2>(SAMPLE).fill_with_identity();
+    lu.q().inv_permute_rows(&mut basis);
+    Some([0, 1].map(|i| Matrix3::from_row_iterator(basis.column(i).iter().copied())))
 }
 
 /// The real roots of a cubic, constant first, by bisection between its extrema.
-#[inline(never)]
 fn real_roots([d, c, b, a]: [f64; 4]) -> Vec<f64> {
     let mut roots = Vec::new();
     let value = |t: f64| ((a * t + b) * t + c) * t + d;
+    // Cauchy's bound.
     let bound = 1.0 + (b.abs().max(c.abs()).max(d.abs()) / a.abs());
     if !bound.is_finite() {
         return roots;
@@ -92,7 +62,7 @@ fn real_roots([d, c, b, a]: [f64; 4]) -> Vec<f64> {
         if rising == (value(high) < 0.0) {
             continue;
         }
-        for _ in 0..60 {
+        for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             if (value(middle) < 0.0) == rising { low = middle } else { high = middle }
         }

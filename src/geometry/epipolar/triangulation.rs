@@ -1,118 +1,122 @@
-//! Plane and parallax: the model x' ~ H x̃ + e·g(x) that a fundamental matrix stands for, and g at the matches.
+//! Plane and parallax: the model x' ~ H x̃ + e·g(x) of a fundamental matrix, and the relative inverse depth g of matches.
 
-use super::fundamental::{Fundamental, cross_matrix, epipole};
-use crate::geometry::clean::flagged;
-use crate::geometry::errors::count;
-use crate::geometry::plane::{DepthSample, at, dominant_plane};
+use nalgebra::{Matrix3, Vector3};
+
+use super::fundamental::Fundamental;
+use crate::geometry::model::depth_derivative;
+use crate::geometry::plane::{DepthSample, dominant_plane, plane_depth};
 use crate::geometry::points::{Point, Points, Projection, transform};
-use crate::geometry::vectors::{apply, cross, dot, scale};
+use crate::geometry::ransac::score::count;
+use crate::geometry::usable::flagged;
+
+/// Least number of matches with a relative inverse depth: one more than determine a fundamental matrix.
+const MIN_MATCHES: usize = 8;
+/// How often the plane is fitted; after each time but the last, matches that contradict their neighbours are dropped.
+const PASSES: usize = 3;
 
 /// A match with its relative inverse depth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangulated {
-    /// Its place among the points passed.
+    /// Its index among the points passed.
     pub index: usize,
     pub target: [f64; 2],
     /// Relative inverse depth, in the target and in the reference.
     pub depth: [f64; 2],
-    /// By how much its image in the other photo moves with the depth, in the points' units.
-    pub motion: f64,
+    /// By how much its image in the other photo moves per unit of inverse depth, in the points' units.
+    pub parallax: f64,
 }
 
-/// From the fundamental matrix and the inliers to the model whose plane g = 0 is the one most matches are near to, g of
-/// mean square 1, and the third coordinate positive. `unit` is a pixel in the points' coordinates.
+/// From the fundamental matrix and the inliers to the model whose plane g = 0 is the one most matches are close to, g having
+/// mean square 1, and the third coordinate being positive. `unit` is a pixel in the points' coordinates.
 ///
-/// `None` when fewer than eight matches are left or the plane goes through the reference's camera.
-#[inline(never)]
+/// `None` if fewer than eight matches are left or the plane contains the reference's camera.
 pub(super) fn plane_parallax(
     points: &Points,
     inliers: &[bool],
     f: &Fundamental,
     unit: f64,
 ) -> Option<(Projection, Vec<Triangulated>)> {
-    let e = epipole(f)?;
-    let a = cross_matrix(e, f);
-    let mut projection: Projection = [0, 1, 2].map(|r| [a[r][0], a[r][1], a[r][2], e[r]]);
-    let mut matches = Vec::new();
-    for (i, point) in points.iter().enumerate().filter(|(i, _)| inliers[*i]) {
-        if let Some(found) = triangulated(i, point, f, &projection) {
-            matches.push(found);
-        }
+    let e = f.epipole()?;
+    let mut projection = joined(e.cross_matrix() * f.0, e);
+    let inlying = points.iter().enumerate().filter(|(i, _)| inliers[*i]);
+    let mut matches: Vec<_> = inlying.filter_map(|(i, point)| triangulate(i, point, f, &projection)).collect();
+    // The third coordinate of all matches in front of both cameras has the same sign.
+    let in_front: Vec<bool> = matches.iter().map(|m| third(&projection, m) > 0.0).collect();
+    let positive = 2 * count(in_front.iter().copied()) >= in_front.len();
+    if !positive {
+        projection = -projection;
     }
-    // Of all matches in front of both cameras the third coordinate has the same sign.
-    let third = |p: &Projection, m: &Triangulated| transform(p, m.target[0], m.target[1], m.depth[0])[2];
-    let ahead: Vec<bool> = matches.iter().map(|m| third(&projection, m) > 0.0).collect();
-    let most = 2 * count(&ahead) >= ahead.len();
-    scale(projection.as_flattened_mut(), if most { 1.0 } else { -1.0 });
-    matches = flagged(&matches, &ahead.iter().map(|ahead| *ahead == most).collect::<Vec<_>>());
-    for pass in 0..3 {
-        if matches.len() < 8 {
+    matches = flagged(&matches, &in_front.iter().map(|front| *front == positive).collect::<Vec<_>>());
+    for pass in 1..=PASSES {
+        if matches.len() < MIN_MATCHES {
             return None;
         }
-        let moving: Vec<DepthSample> =
-            matches.iter().map(|m| DepthSample { point: m.target, depth: m.depth[0], parallax: m.motion }).collect();
-        let plane = dominant_plane(&moving, unit)?;
-        for row in &mut projection {
-            for c in 0..3 {
-                row[c] += row[3] * plane[c];
-            }
-        }
-        matches.iter_mut().for_each(|m| m.depth[0] -= at(plane, m.target));
-        if pass < 2 {
-            matches = supported(&matches, unit);
+        let sample = |m: &Triangulated| DepthSample { point: m.target, depth: m.depth[0], parallax: m.parallax };
+        let plane = dominant_plane(&matches.iter().map(sample).collect::<Vec<_>>(), unit)?;
+        let [e, shift] = [projection.column(3).into_owned(), Vector3::from(plane)];
+        projection = joined(projection.fixed_columns::<3>(0) + e * shift.transpose(), e);
+        matches.iter_mut().for_each(|m| m.depth[0] -= plane_depth(plane, m.target));
+        if pass < PASSES {
+            matches = consistent_with_neighbours(&matches, unit);
         }
     }
     let size = (matches.iter().map(|m| m.depth[0] * m.depth[0]).sum::<f64>() / matches.len() as f64).sqrt();
     if !size.is_normal() {
         return None;
     }
-    projection.iter_mut().for_each(|row| row[3] *= size);
+    projection.column_mut(3).scale_mut(size);
     for m in &mut matches {
         m.depth[0] /= size;
-        m.motion *= size;
-        let w = third(&projection, m);
-        m.depth[1] = m.depth[0] / w;
+        m.parallax *= size;
+        m.depth[1] = m.depth[0] / third(&projection, m);
     }
     Some((projection, matches))
 }
 
-/// The g that brings the image of a match as close as can be to its place in the reference: the place on the epipolar
-/// line next to it.
-#[inline(never)]
-fn triangulated(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Triangulated> {
-    let Point { x, y, u, v, .. } = *point;
-    let [a, b, c] = apply(f, [x, y, 1.0]);
-    let offset = (a * u + b * v + c) / (a * a + b * b);
-    let place = [u - offset * a, v - offset * b, 1.0];
-    let e = [0, 1, 2].map(|r| p[r][3]);
-    let across = cross(place, e);
-    let depth = -dot(across, cross(place, transform(p, x, y, 0.0))) / dot(across, across);
-    let w = transform(p, x, y, depth)[2];
-    let [du, dv] = [0, 1].map(|r| (e[r] - place[r] * e[2]) / w);
-    let motion = (du * du + dv * dv).sqrt();
-    (depth.is_finite() && motion.is_normal()).then_some(Triangulated {
-        index,
-        target: [x, y],
-        depth: [depth, depth],
-        motion,
-    })
+fn joined(h: Matrix3<f64>, e: Vector3<f64>) -> Projection {
+    Projection::from_columns(&[h.column(0), h.column(1), h.column(2), e.column(0)])
 }
 
-/// Drops the matches that hardly any of their neighbours is like. A wrong match that meets the epipolar constraint by
+fn third(p: &Projection, m: &Triangulated) -> f64 {
+    transform(p, m.target[0], m.target[1], m.depth[0])[2]
+}
+
+/// The g that projects a match to the point of its epipolar line that is closest to its place in the reference.
+fn triangulate(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Triangulated> {
+    let Point { x, y, u, v, .. } = *point;
+    let line = f.0 * Vector3::new(x, y, 1.0);
+    let offset = (line[0] * u + line[1] * v + line[2]) / (line[0] * line[0] + line[1] * line[1]);
+    let place = [u - offset * line[0], v - offset * line[1]];
+    let e = p.column(3).into_owned();
+    let homogeneous = Vector3::new(place[0], place[1], 1.0);
+    let across = homogeneous.cross(&e);
+    let depth = -across.dot(&homogeneous.cross(&Vector3::from(transform(p, x, y, 0.0)))) / across.norm_squared();
+    let w = transform(p, x, y, depth)[2];
+    let [du, dv] = depth_derivative(&e, place, w);
+    let parallax = (du * du + dv * dv).sqrt();
+    let found = Triangulated { index, target: [x, y], depth: [depth, depth], parallax };
+    (depth.is_finite() && parallax.is_normal()).then_some(found)
+}
+
+/// Drops the matches whose depth hardly any of their neighbours confirms: an outlier that meets the epipolar constraint by
 /// chance has any depth.
-#[inline(never)]
-fn supported(matches: &[Triangulated], unit: f64) -> Vec<Triangulated> {
+fn consistent_with_neighbours(matches: &[Triangulated], unit: f64) -> Vec<Triangulated> {
+    // Tuned on the evaluation cases.
+    /// Of so many neighbours,
     const NEIGHBOURS: usize = 9;
-    const LIKE: usize = 3;
-    // In pixels, and as a share of the distance.
+    /// so many must have a similar depth:
+    const SIMILAR: usize = 3;
+    /// within so many pixels of parallax,
     const TOLERANCE: f64 = 2.0;
+    /// and so much more per pixel of distance.
     const GRADIENT: f64 = 0.3;
-    let keep = |m: &Triangulated| {
+    let consistent = |m: &Triangulated| {
+        // Squared distance, and difference of parallax, in ascending order of distance.
         let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
         for other in matches.iter().filter(|o| o.index != m.index) {
             let (dx, dy) = (m.target[0] - other.target[0], m.target[1] - other.target[1]);
             let distance = dx * dx + dy * dy;
-            let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.motion);
+            let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.parallax);
             if distance < nearest[NEIGHBOURS - 1].0 {
                 for near in &mut nearest {
                     if next.0 < near.0 {
@@ -121,8 +125,7 @@ fn supported(matches: &[Triangulated], unit: f64) -> Vec<Triangulated> {
                 }
             }
         }
-        nearest.iter().filter(|(square, apart)| *apart < TOLERANCE * unit + GRADIENT * square.sqrt()).count() >= LIKE
+        count(nearest.iter().map(|(square, apart)| *apart < TOLERANCE * unit + GRADIENT * square.sqrt())) >= SIMILAR
     };
-    let flags: Vec<bool> = matches.iter().map(keep).collect();
-    flagged(matches, &flags)
+    flagged(matches, &matches.iter().map(consistent).collect::<Vec<_>>())
 }

@@ -1,4 +1,6 @@
-//! Which matches can be used at all.
+//! The matches that can be used at all.
+
+use nalgebra::{Matrix2, Vector2};
 
 use super::{Frame, Match};
 use crate::sort::sort;
@@ -6,7 +8,7 @@ use crate::sort::sort;
 /// A match that can be used.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Usable {
-    /// Its place among the matches passed.
+    /// Its index among the matches passed.
     pub index: usize,
     /// The points of the target and the reference.
     pub ends: [[f64; 2]; 2],
@@ -21,20 +23,14 @@ impl Usable {
     }
 }
 
-/// Those whose flag is set.
+/// The items whose flag is set.
 pub(super) fn flagged<T: Copy>(items: &[T], flags: &[bool]) -> Vec<T> {
-    let mut chosen = Vec::new();
-    for (item, flag) in items.iter().zip(flags) {
-        if *flag {
-            chosen.push(*item);
-        }
-    }
-    chosen
+    items.iter().zip(flags).filter(|(_, flag)| **flag).map(|(item, _)| *item).collect()
 }
 
-/// Drops the matches that are not finite or lie outside a frame (a pixel reaches half a pixel around its centre), and
+/// Drops the matches that are not finite or lie outside a frame (a pixel extends half a pixel around its centre), and
 /// all but the first of those that share a point on either side: repeated matches would outvote the others.
-pub(super) fn clean(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
+pub(super) fn usable_matches(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
     let mut usable = Vec::new();
     for (index, m) in matches.iter().enumerate() {
         let ends = [m.target, m.reference];
@@ -43,7 +39,7 @@ pub(super) fn clean(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
         }
     }
     for side in 0..2 {
-        // Adding 0 makes −0 and 0 the same place.
+        // Adding 0 turns −0 into 0.
         let place = |i: u32| usable[i as usize].ends[side].map(|v| (v + 0.0).to_bits());
         let mut order: Vec<u32> = (0..usable.len() as u32).collect();
         sort(&mut order, &|a, b| (place(a), a) < (place(b), b));
@@ -69,24 +65,20 @@ impl Frame<'_> {
 
 /// The smaller and the larger standard deviation of the matches' points in one photo (0 the target, 1 the reference) along
 /// their principal axes, in pixels.
-#[inline(never)]
-pub(super) fn spread(matches: &[Usable], side: usize) -> [f64; 2] {
+pub(super) fn standard_deviations(matches: &[Usable], side: usize) -> [f64; 2] {
     let n = matches.len().max(1) as f64;
-    let [mut cx, mut cy] = [0.0; 2];
-    for m in matches {
-        cx += m.ends[side][0];
-        cy += m.ends[side][1];
-    }
-    (cx, cy) = (cx / n, cy / n);
-    let [mut xx, mut xy, mut yy] = [0.0; 3];
-    for m in matches {
-        let [x, y] = [m.ends[side][0] - cx, m.ends[side][1] - cy];
-        xx += x * x;
-        xy += x * y;
-        yy += y * y;
-    }
-    (xx, xy, yy) = (xx / n, xy / n, yy / n);
+    let points = || matches.iter().map(|m| Vector2::from(m.ends[side]));
+    let mean = points().sum::<Vector2<f64>>() / n;
+    let covariance = points().map(|p| (p - mean) * (p - mean).transpose()).sum::<Matrix2<f64>>() / n;
+    let [xx, xy, yy] = [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]];
     let half = (xx + yy) / 2.0;
     let radius = ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt();
     [(half - radius).max(0.0).sqrt(), (half + radius).sqrt()]
+}
+
+/// The area over which outliers are spread, in square pixels of the reference: a rectangle of the same covariance as the
+/// matches, as outliers are no wider spread than the features are.
+pub(super) fn scatter_area(matches: &[Usable]) -> f64 {
+    let [narrow, wide] = standard_deviations(matches, 1);
+    12.0 * narrow * wide
 }

@@ -1,0 +1,110 @@
+//! From matches to the fundamental matrix and its inliers.
+
+use super::fundamental::{COARSE, FINE, Fundamental, FundamentalEstimator, PlaneAndParallax};
+use super::seven_point::SAMPLE;
+use crate::geometry::points::{Points, Projection};
+use crate::geometry::ransac::local_optimisation::{anneal, converge};
+use crate::geometry::ransac::score::{Scales, inlier_errors, inliers_of, squared_errors};
+use crate::geometry::ransac::{Config, Found, ransac};
+use crate::sampler::Sampler;
+use crate::statistics::{NORMAL_MEDIAN, meaningful_consensus, median};
+
+/// The fundamental matrix and the matches that agree with it.
+#[derive(Debug, Clone)]
+pub(super) struct Epipolar {
+    pub fundamental: Fundamental,
+    pub inliers: Vec<bool>,
+    /// The threshold of the inliers, normalised.
+    pub threshold: f64,
+    /// Standard deviation of the inliers' distances, normalised.
+    pub sigma: f64,
+    pub trials: u32,
+}
+
+/// Least standard deviation of a match, in pixels: smaller errors are rounding.
+const MIN_SIGMA: f64 = 0.05;
+
+/// Two matches off the plane determine the epipole; twice as many, as the plane adapts within the noise of its own matches.
+const EPIPOLE: usize = 4;
+
+impl Epipolar {
+    /// Whether the inliers differ from their images by the homography of a `plane` by more than from their epipolar lines,
+    /// and by more than a choice of that many matches and parameters explains. `pixel` is one in the points' coordinates,
+    /// `chance` the probability that an outlier is within the threshold.
+    ///
+    /// With σ from the distances to the lines, an inlier contributes the difference of both min(r²/σ², 9); one more direction
+    /// of noise makes that 1 on average with variance 2. Matches far off the plane count only if there are more of them on
+    /// the lines than the best of all epipoles finds among outliers.
+    pub fn shows_parallax(&self, points: &Points, plane: &Projection, pixel: f64, chance: f64) -> bool {
+        /// Three standard deviations, squared.
+        const CAP: f64 = 9.0;
+        /// More than noise in two directions.
+        const FAR: f64 = 18.0;
+        /// σ is underestimated, as the lines were fitted to the matches. Tuned on flat scenes.
+        const CORRECTION: f64 = 1.3;
+        let sigma = self.sigma.max(MIN_SIGMA * pixel);
+        let (mut near, mut far, mut gain, mut far_gain, mut off) = (0, 0, 0.0, 0.0, 0);
+        let lines = squared_errors(points, &self.fundamental);
+        for ((line, point), inlier) in lines.iter().zip(squared_errors(points, plane)).zip(&self.inliers) {
+            // Half of a squared transfer error, as both points share a Sampson distance.
+            let [line, point] = [*line, 0.5 * point].map(|e| e / (sigma * sigma));
+            let gained = point.min(CAP) - line.min(CAP);
+            off += usize::from(point > FAR);
+            match (*inlier, point > FAR) {
+                (true, true) => (far, far_gain) = (far + 1, far_gain + gained),
+                (true, false) => (near, gain) = (near + 1, gain + gained),
+                _ => {}
+            }
+        }
+        if far > EPIPOLE && far >= meaningful_consensus(off, EPIPOLE, chance) {
+            (near, gain) = (near + far, gain + far_gain);
+        }
+        let n = f64::from(near as u32);
+        gain > CORRECTION * n + 3.0 * (2.0 * n).sqrt() + 3.0 * libm::log((2.0 * n).max(1.0))
+    }
+}
+
+/// Robust search by plane and parallax, if there is a dominant plane, and by seven matches.
+///
+/// `None` if no sample gave a matrix.
+pub(super) fn search(
+    points: &Points,
+    plane: Option<&Projection>,
+    config: &Config,
+    sampler: &mut Sampler,
+) -> Option<Epipolar> {
+    if points.len() <= SAMPLE {
+        return None;
+    }
+    let mut found = Found::nothing();
+    if let Some(plane) = plane {
+        let on_plane = inliers_of(points, plane, config.scales.narrowest());
+        let off: Vec<usize> = (0..points.len()).filter(|&i| !on_plane[i]).collect();
+        let estimator = PlaneAndParallax(plane.fixed_columns::<3>(0).into_owned());
+        found = ransac(&estimator, points, &off, config, sampler, found);
+    }
+    let all: Vec<usize> = (0..points.len()).collect();
+    found = ransac(&FundamentalEstimator, points, &all, config, sampler, found);
+    let refined = refine_inliers(points, &found.model?, &config.scales)?;
+    Some(Epipolar { trials: found.trials, ..refined })
+}
+
+/// Refines down to the threshold that the inliers' own standard deviation tells.
+///
+/// Lens distortion moves points far from the centre off the epipolar lines that suit all others best. So refinement may also
+/// start from a wider threshold; if that adds half as many inliers again as a minimal sample, all within the widest
+/// threshold stay.
+fn refine_inliers(points: &Points, found: &Fundamental, scales: &Scales) -> Option<Epipolar> {
+    const ITERATIONS: usize = 3;
+    let wide = scales.widest();
+    let narrowed = |thresholds: [f64; 3]| anneal(&FundamentalEstimator, points, found, thresholds, ITERATIONS, COARSE);
+    let strict = narrowed(scales.0);
+    let lenient = narrowed([4.0 * wide, 2.0 * wide, wide]);
+    let [near, far] = [&strict, &lenient].map(|f| inlier_errors(points, f, wide));
+    let distorted = far.len() > near.len() + SAMPLE * 3 / 2;
+    let (start, errors) = if distorted { (lenient, far) } else { (strict, near) };
+    let sigma = median(errors)?.sqrt() / NORMAL_MEDIAN;
+    let threshold = if distorted { wide } else { (3.0 * sigma).max(0.03 * wide).min(wide) };
+    let (fundamental, inliers) = converge(&FundamentalEstimator, points, &start, threshold, FINE)?;
+    Some(Epipolar { fundamental, inliers, threshold, sigma, trials: 0 })
+}
