@@ -1,21 +1,28 @@
-//! Direct forward mapping, the simplest of the ablation's warps (paper, table 2, row 3).
+//! Direct forward mapping (paper, section 3.2.1 and table 2, row 3): the simplest of the ablation's warps.
 
 use super::canvas::Canvas;
 use crate::geometry::Model;
 use crate::image::zeroed;
 use crate::{Image, ImageView, InverseDepth, Mask, Result};
 
+/// What is written: empty, and of the canvas' size.
+pub(super) struct Output<'a> {
+    pub image: &'a mut Image,
+    pub footprint: &'a mut Mask,
+    /// Whether the target's own inverse depth is returned.
+    pub with_depth: bool,
+}
+
 /// Puts every target pixel on the nearest canvas pixel; a later one replaces an earlier one. Returns the target's own
-/// inverse depth, as the other ways of rendering do.
+/// inverse depth as [`render`](super::render::render) does, empty if not wanted.
 pub(super) fn splat(
     target: &ImageView<'_>,
     depth: Option<&InverseDepth>,
     model: &Model,
     canvas: &Canvas,
-    out: &mut Image,
-    footprint: &mut Mask,
+    out: &mut Output<'_>,
 ) -> Result<Vec<f32>> {
-    let mut depths = zeroed(depth.map_or(0, |_| canvas.width * canvas.height))?;
+    let mut depths = zeroed(depth.filter(|_| out.with_depth).map_or(0, |_| canvas.width * canvas.height))?;
     let (w, h) = (target.width(), target.height());
     for y in 0..h {
         for x in 0..w {
@@ -28,10 +35,10 @@ pub(super) fn splat(
             }
             let i = v as usize * canvas.width + u as usize;
             let [r, g, b, _] = target.pixel(x, y);
-            out.data_mut()[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
-            footprint.data_mut()[i] = 255;
-            if depth.is_some() {
-                depths[i] = d as f32;
+            out.image.data_mut()[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
+            out.footprint.data_mut()[i] = 255;
+            if let Some(depth) = depths.get_mut(i) {
+                *depth = d as f32;
             }
         }
     }

@@ -1,4 +1,11 @@
-//! Optimal image warping (paper, section 3.2).
+//! Optimal image warping (paper, section 3.2 and algorithm 2).
+//!
+//! | paper | equations | file |
+//! |---|---|---|
+//! | 3.2.1 forward map of the grid | 4 | `grid.rs`; `forward.rs` is direct forward mapping |
+//! | 3.2.1 backward rendering | | `render.rs`, `raster.rs`, `cell.rs`, `sample.rs` |
+//! | 3.2.2 void region recovery | 10 to 12 | `candidates.rs` in the overlap, `stretch.rs` outside |
+//! | 3.2.3 overlapped pixels | 13 to 15 | `selection.rs` |
 
 mod batch;
 mod candidates;
@@ -41,21 +48,21 @@ pub struct WarpOptions {
     pub mode: WarpMode,
     /// Columns and rows of cells over the target (the paper's C₁×C₂); 0 for one vertex per pixel.
     pub grid: (u32, u32),
-    /// What is done at holes of the depth maps.
+    /// How holes of the depth maps are handled.
     pub holes: Holes,
     /// β as a share of the target's diagonal.
     pub void_distance: f64,
-    /// How far colours may differ, in levels: where photos that are alike do by this much in every channel, β is about 1/√2
-    /// of itself, and less beyond. A share of the photos' mean squared difference comes on top of its square, for whatever
-    /// differs everywhere says little. Infinite in the paper.
+    /// σ: how far colours may differ, in levels of 255. Where photos differ by this much in every channel, β is reduced to
+    /// about 1/√2, and further beyond. A share of the photos' mean squared difference is added to σ², as noise and exposure
+    /// differ everywhere. Infinite in the paper.
     pub colour_distance: f64,
     /// A cell outside the reference is void when a side is this many times longer than the average cell's.
     pub stretch_limit: f64,
     /// How far the canvas may reach beyond each side of the reference, in reference sizes.
     pub canvas_limit: f64,
-    /// Most bytes the canvas and all that goes with it may take.
+    /// Most bytes that the canvas and the buffers of its size may take.
     pub max_bytes: u64,
-    /// Whether [`Warped::depth`] is wanted.
+    /// Whether to return [`Warped::depth`].
     pub depth: bool,
 }
 
@@ -89,8 +96,8 @@ pub struct Warped {
     pub image: Image,
     /// Where any cell of the target was drawn, voided ones included.
     pub footprint: Mask,
-    /// Inverse depth of what the target shows there, in the reference's frame (see [`warp`]), NaN where it shows
-    /// nothing. `None` without parallax, and when it is not wanted.
+    /// Inverse depth of the warped target, in the reference's frame (see [`warp`]), NaN where it is transparent. `None`
+    /// without parallax, and unless [`WarpOptions::depth`] is set.
     pub depth: Option<InverseDepth>,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
@@ -147,7 +154,8 @@ pub(crate) fn warp_within(
     let mut image = Image::transparent(canvas.width, canvas.height)?;
     let mut footprint = Mask::empty(canvas.width, canvas.height)?;
     let depth = if options.mode == WarpMode::Forward {
-        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut image, &mut footprint)?
+        let mut out = forward::Output { image: &mut image, footprint: &mut footprint, with_depth: options.depth };
+        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut out)?
     } else {
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = scene::Scene {

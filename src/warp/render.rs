@@ -12,7 +12,8 @@ use crate::observer::{Observer, report};
 use crate::{Image, Mask, Result, Stage};
 
 /// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
-/// target's own inverse depth at every pixel that shows it, if that is wanted, anything elsewhere; empty without a map.
+/// target's own inverse depth at every pixel that shows it, with [`WarpOptions::depth`](super::WarpOptions), and anything
+/// elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
     grid: &VertexGrid,
