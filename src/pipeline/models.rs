@@ -44,19 +44,7 @@ pub(super) fn fit_models<'a>(
         found.geometry.warnings.insert(0, unusable.clone().unwrap_or(Warning::DepthInconsistent));
         found
     };
-    for side in [0, 1] {
-        let mut one = views;
-        one[1 - side].depth = None;
-        let from = 0.5 + 0.15 * side as f32;
-        let mut attempt = Portion::new(observer, from, from + 0.15);
-        if given == [true; 2]
-            && let Some(found) = if_possible(fit_to_maps(matches, one, options, &mut attempt))?
-            && found.maps_fit(matches)
-        {
-            return Ok(ignoring(found));
-        }
-    }
-    let without = if_possible(fit_two_view(matches, views, options, &mut Portion::new(observer, 0.8, 1.0)))?;
+    let without = if_possible(fit_two_view(matches, views, options, &mut Portion::new(observer, 0.5, 1.0)))?;
     match (without, &first) {
         (Some(found), _) if found.geometry.kind != ModelKind::Homography => Ok(ignoring(found)),
         (Some(flat), Ok(first)) if first.geometry.kind != ModelKind::Homography => Ok(ignoring(flat)),
