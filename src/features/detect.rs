@@ -73,7 +73,9 @@ fn check(options: &DetectOptions) -> Result<()> {
         return Err(Error::InvalidArgument { name: "contrastThreshold", expected, value: contrast }.into());
     }
     if !(1.0..=f64::MAX).contains(&edge) {
-        return Err(Error::InvalidArgument { name: "edgeThreshold", expected: "a number of at least 1", value: edge }.into());
+        return Err(
+            Error::InvalidArgument { name: "edgeThreshold", expected: "a number of at least 1", value: edge }.into()
+        );
     }
     Ok(())
 }
