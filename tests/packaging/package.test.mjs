@@ -24,7 +24,7 @@ const web = join(consumer, "web");
 
 /** Runs a program in `cwd`; its output. @param {string[]} args */
 function run(command = "", args = [""], cwd = consumer) {
-  // npm's settings for this repository are not the consumer's.
+  // Without the npm configuration of this repository.
   const env = Object.entries(process.env).filter(([name]) => !/^npm_/i.test(name));
   const { status, stdout, stderr, error } = spawnSync(command, args, {
     cwd,
@@ -87,8 +87,8 @@ test("the wasm files can be named", () => {
   assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\n");
 });
 
-test("without the packages of the networks, those who ask for one are told which", (t) => {
-  // Elsewhere, as Node would find this repository's own packages from here.
+test("without the peer packages of networks, the error names the package", (t) => {
+  // Outside the repository, whose packages Node would find.
   const alone = mkdtempSync(join(tmpdir(), "depthstitch-alone-"));
   t.after(() => rmSync(alone, { recursive: true }));
   cpSync(join(consumer, "node_modules"), join(alone, "node_modules"), { recursive: true });
@@ -138,7 +138,7 @@ for (const [name, options] of Object.entries({
   });
 }
 
-/** What the page at `url` makes of the sample, in Chromium. @param {string | undefined} url */
+/** What the page at `url` computes from the sample, in Chromium. @param {string | undefined} url */
 async function inChromium(url) {
   assert.ok(url);
   const browser = await launch();
@@ -154,7 +154,7 @@ async function inChromium(url) {
   }
 }
 
-/** Fails if a build has anything of the networks' adapters, which nobody imported. @param {string} folder */
+/** Fails if a build contains code of networks, which is not imported. @param {string} folder */
 function assertNoNetworks(folder) {
   for (const file of readdirSync(folder).filter((name) => name.endsWith(".js"))) {
     const script = readFileSync(join(folder, file), "utf8");

@@ -1,4 +1,4 @@
-// Uses every export, so that a type checker sees every declaration that is published.
+// Uses every export, so that the type checker checks every published declaration.
 import * as depthstitch from "depthstitch";
 import {
   align,
@@ -177,7 +177,7 @@ export function everyOption(): string[] {
   });
 }
 
-// Nothing may be left out above.
+// The code above must use every export.
 type Used =
   | "StitchError"
   | "align"
