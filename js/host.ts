@@ -1,6 +1,6 @@
 // One worker that runs one call at a time, in order: two concurrent calls would need twice the memory. Aborting a running
 // call terminates the worker, as nothing else can stop wasm; the next call starts a new one.
-import { spawn, type Port } from "#platform";
+import { spawn, type Port } from "./platform/index.js";
 import type { Call, Result } from "./calls.js";
 import { abortError, StitchError } from "./errors.js";
 import type { CallOptions } from "./types.js";

@@ -1,4 +1,4 @@
-import { compile } from "#platform";
+import { compile } from "./platform/index.js";
 import { StitchError } from "./errors.js";
 import type { WasmSource } from "./types.js";
 

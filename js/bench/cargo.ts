@@ -5,7 +5,7 @@ import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 
 import { CASE_FILE } from "../cases/case.js";
-import type { Times, Way } from "./stages.js";
+import type { Times, Method } from "./stages.js";
 
 /** The crate's root, from dist/bench. */
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
@@ -20,8 +20,8 @@ export async function renderSample(width: number, height: number): Promise<strin
 }
 
 /** The same stages in native code. */
-export async function nativeTimes(folder: string, way: Way, runs: number): Promise<Times> {
-  const times: unknown = JSON.parse(await example("native-times", [folder, way, String(runs)]));
+export async function nativeTimes(folder: string, method: Method, runs: number): Promise<Times> {
+  const times: unknown = JSON.parse(await example("native-times", [folder, method, String(runs)]));
   if (!isTimes(times)) throw new Error("native-times did not print times by stage");
   return times;
 }

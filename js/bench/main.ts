@@ -7,23 +7,23 @@ import { parseArgs } from "node:util";
 import { CASE_FILE, loadCase } from "../cases/case.js";
 import { nativeTimes, renderSample } from "./cargo.js";
 import { measureScale, type Scale } from "./scaling.js";
-import { STAGES, WAYS, timeStages, type Times, type Way } from "./stages.js";
+import { STAGES, METHODS, timeStages, type Times, type Method } from "./stages.js";
 
 const HELP = `Usage: npm run bench -- [options]
 
 Times the built wasm in Node, on one thread: medians in milliseconds.
 
   --runs N        runs per stage after the warm-up [15]
-  --data DIR      folder with the case nis-PTS_17 [../shared/data, or $DEPTHSTITCH_DATA]; left out when missing
-  --no-native     leave the native counterpart out
-  --no-scaling    leave the scaling over photo sizes out
+  --data DIR      folder with the case nis-PTS_17 [$DEPTHSTITCH_DATA]; skipped if missing
+  --no-native     skip the native counterpart
+  --no-scaling    skip the measurement over image sizes
   --json FILE     write the numbers there as JSON
 `;
 
 const REAL_CASE = "nis-PTS_17";
 const SAMPLE = { width: 1000, height: 662 };
 const MEGAPIXELS = [0.25, 1, 3, 6, 12];
-const WORDS: Readonly<Record<Way, string>> = {
+const LABELS: Readonly<Record<Method, string>> = {
   paper: "published method",
   depth: "with depth maps",
   photos: "two photos alone",
@@ -34,7 +34,7 @@ const WARM_UP = 3;
 
 interface Timing {
   readonly case: string;
-  readonly way: Way;
+  readonly method: Method;
   readonly wasm: Times;
   readonly native: Times | undefined;
 }
@@ -42,7 +42,7 @@ interface Timing {
 const { values: flags } = parseArgs({
   options: {
     runs: { type: "string", default: "15" },
-    data: { type: "string", default: process.env.DEPTHSTITCH_DATA ?? "../shared/data" },
+    data: { type: "string", default: process.env.DEPTHSTITCH_DATA ?? "" },
     "no-native": { type: "boolean", default: false },
     "no-scaling": { type: "boolean", default: false },
     json: { type: "string" },
@@ -55,7 +55,7 @@ if (flags.help) {
 } else {
   const runs = Number(flags.runs);
   if (!Number.isInteger(runs) || runs < 1)
-    throw new RangeError(`--runs must be a whole number above 0, got ${flags.runs}`);
+    throw new RangeError(`--runs must be an integer above 0, got ${flags.runs}`);
   const timings = await timeCases(runs);
   const scaling = flags["no-scaling"] ? [] : await scale();
   if (flags.json) {
@@ -75,17 +75,17 @@ async function timeCases(runs: number): Promise<Timing[]> {
   const folders = new Map([["sample", await renderSample(SAMPLE.width, SAMPLE.height)]]);
   const real = join(flags.data, REAL_CASE);
   if (existsSync(join(real, CASE_FILE))) folders.set(REAL_CASE, real);
-  else print(`${REAL_CASE}: left out, not in ${flags.data}`);
+  else print(`${REAL_CASE}: skipped, not in ${flags.data || "DEPTHSTITCH_DATA, which is not set"}`);
 
   const timings: Timing[] = [];
   for (const [name, folder] of folders) {
     const pair = await loadCase(folder);
-    for (const way of WAYS) {
+    for (const method of METHODS) {
       const { width, height } = pair.target;
-      print(`${name}, ${WORDS[way]} (${width}×${height}, median of ${runs})`);
-      const wasm = await timeStages(pair, way, runs, WARM_UP);
-      const native = flags["no-native"] ? undefined : await nativeTimes(folder, way, runs);
-      const timing = { case: name, way, wasm, native };
+      print(`${name}, ${LABELS[method]} (${width}×${height}, median of ${runs})`);
+      const wasm = await timeStages(pair, method, runs, WARM_UP);
+      const native = flags["no-native"] ? undefined : await nativeTimes(folder, method, runs);
+      const timing = { case: name, method, wasm, native };
       for (const line of timingLines(timing)) print(line);
       timings.push(timing);
     }
@@ -106,18 +106,18 @@ function timingLines({ wasm, native }: Timing): string[] {
 
 async function scale(): Promise<Scale[]> {
   const scales: Scale[] = [];
-  for (const way of WAYS) scales.push(...(await scaleOf(way)));
+  for (const method of METHODS) scales.push(...(await scaleOf(method)));
   return scales;
 }
 
-async function scaleOf(way: Way): Promise<Scale[]> {
-  print(`whole stitch by size, ${WORDS[way]} (sample, median of ${SCALING_RUNS})`);
+async function scaleOf(method: Method): Promise<Scale[]> {
+  print(`whole stitch by size, ${LABELS[method]} (sample, median of ${SCALING_RUNS})`);
   print(columns("MP", ["ms", "ms/MP", "peak MiB", "MiB/MP", "predicted", "off %"]));
   const scales: Scale[] = [];
   for (const wanted of MEGAPIXELS) {
     const width = Math.round(Math.sqrt((wanted * 1e6 * SAMPLE.width) / SAMPLE.height));
     const height = Math.round((width * SAMPLE.height) / SAMPLE.width);
-    const found = await measureScale(await renderSample(width, height), way, SCALING_RUNS);
+    const found = await measureScale(await renderSample(width, height), method, SCALING_RUNS);
     const { megapixels, ms, memory, predicted } = found;
     const mebibytes = memory / 2 ** 20;
     const numbers = [

@@ -3,11 +3,11 @@ import { Worker, isMainThread, parentPort, workerData } from "node:worker_thread
 import { loadCase, type Pair } from "../cases/case.js";
 import { core } from "../core.js";
 import { stitch, StitchError } from "../index.js";
-import { inputs, timeStages, type Way } from "./stages.js";
+import { inputs, timeStages, type Method } from "./stages.js";
 
-/** How a whole stitch grows with the photos. */
+/** Time and memory of a stitch by image size. */
 export interface Scale {
-  readonly way: Way;
+  readonly method: Method;
   /** Pixels of the target, in millions. */
   readonly megapixels: number;
   /** Median milliseconds of a stitch. */
@@ -19,10 +19,10 @@ export interface Scale {
 }
 
 /** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
-export async function measureScale(folder: string, way: Way, runs: number): Promise<Scale> {
+export async function measureScale(folder: string, method: Method, runs: number): Promise<Scale> {
   return new Promise((resolve, reject) => {
     const worker = new Worker(new URL(import.meta.url), {
-      workerData: { folder, way, runs } satisfies Job,
+      workerData: { folder, method, runs } satisfies Job,
     });
     worker.once("message", (scale: Scale) => resolve(scale));
     worker.once("error", reject);
@@ -32,16 +32,16 @@ export async function measureScale(folder: string, way: Way, runs: number): Prom
 
 interface Job {
   readonly folder: string;
-  readonly way: Way;
+  readonly method: Method;
   readonly runs: number;
 }
 
-async function serve({ folder, way, runs }: Job): Promise<Scale> {
+async function serve({ folder, method, runs }: Job): Promise<Scale> {
   const pair = await loadCase(folder);
   const { width, height } = pair.target;
-  const { stitch = NaN } = await timeStages(pair, way, runs, 1);
+  const { stitch = NaN } = await timeStages(pair, method, runs, 1);
   return {
-    way,
+    method,
     megapixels: (width * height) / 1e6,
     ms: stitch,
     memory: core.call((raw) => raw.peakMemory()),
@@ -50,7 +50,7 @@ async function serve({ folder, way, runs }: Job): Promise<Scale> {
 }
 
 /** The bytes that the core refuses the job for: at once, or with the canvas' own as soon as that is known. */
-async function predictedMemory(pair: Pair, way: Way): Promise<number> {
+async function predictedMemory(pair: Pair, method: Method): Promise<number> {
   let bytes = 1;
   for (;;) {
     const options = { ...inputs(pair, way), maxBytes: bytes, worker: false };

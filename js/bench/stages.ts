@@ -2,7 +2,7 @@ import type { Pair } from "../cases/case.js";
 import { median } from "../eval/statistics.js";
 import { stitch, type Stage, type StitchOptions } from "../index.js";
 
-/** What is timed: the stages, as the core itself times them, and the whole call with its copies in and out. */
+/** The stages, as timed by the core, and the whole call including copies. */
 export const STAGES = [
   "detect",
   "match",
@@ -16,31 +16,31 @@ export const STAGES = [
   "stitch",
 ] as const satisfies readonly (Stage | "stitch")[];
 
-/** Median milliseconds of what was gone through. */
+/** Median milliseconds per stage. */
 export type Times = Readonly<Partial<Record<(typeof STAGES)[number], number>>>;
 
 /**
- * What is given: the published method with the case's matches and depth maps; our own way with its depth maps; and with
- * the two photos alone.
+ * The published method with the matches and depth maps of the case; the default method with its depth maps; the default
+ * method with the two images only.
  */
-export const WAYS = ["paper", "depth", "photos"] as const;
-export type Way = (typeof WAYS)[number];
+export const METHODS = ["paper", "depth", "photos"] as const;
+export type Method = (typeof METHODS)[number];
 
-/** Times `runs` stitches on this thread, after `warmUp` that do not count. */
+/** Times `runs` stitches on this thread after `warmUp` runs that are not counted. */
 export async function timeStages(
   pair: Pair,
-  way: Way,
+  method: Method,
   runs: number,
   warmUp: number,
 ): Promise<Times> {
   const { target, reference } = pair;
-  const options: StitchOptions = { ...inputs(pair, way), worker: false };
+  const options: StitchOptions = { ...inputs(pair, method), worker: false };
   const samples: Times[] = [];
   for (let run = -warmUp; run < runs; run++) {
     const start = performance.now();
     const { times } = await stitch(target, reference, options);
     const whole = performance.now() - start;
-    // The first runs pay for compilation and for the growth of memory.
+    // The first runs include compilation and memory growth.
     if (run >= 0) samples.push({ ...times, stitch: whole });
   }
   return Object.fromEntries(
@@ -52,8 +52,8 @@ export async function timeStages(
 }
 
 /** What `stitch` is given besides the photos. */
-export function inputs({ matches, targetDepth, referenceDepth }: Pair, way: Way): StitchOptions {
-  switch (way) {
+export function inputs({ matches, targetDepth, referenceDepth }: Pair, method: Method): StitchOptions {
+  switch (method) {
     case "paper":
       return { mode: "paper", matches, targetDepth, referenceDepth };
     case "depth":

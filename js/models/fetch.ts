@@ -1,4 +1,4 @@
-import { fetchFile } from "#platform";
+import { fetchFile } from "../platform/index.js";
 import { throwIfAborted } from "./abort.js";
 import { modelError } from "./errors.js";
 import type { ModelCallOptions } from "./types.js";

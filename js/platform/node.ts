@@ -1,14 +1,20 @@
-import { readFile } from "node:fs/promises";
-import { Worker } from "node:worker_threads";
+// Modules of Node are not imported but requested at run time, so that bundlers for browsers do not find them.
 import type { WasmSource } from "../types.js";
 import type { Reply } from "../worker/serve.js";
 import { compile as compileFetched, fetchFile as fetchRemote, type Port } from "./browser.js";
 
-export type { Port } from "./browser.js";
+/** Whether this is Node (20.16 or newer) rather than a browser or a renderer of Electron. */
+export function isNode(): boolean {
+  const { process } = globalThis as { process?: { getBuiltinModule?: unknown; type?: string } };
+  return typeof process?.getBuiltinModule === "function" && process.type !== "renderer";
+}
 
 export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) => void): Port {
+  const { Worker } = globalThis.process.getBuiltinModule("node:worker_threads");
+  // Not a literal, as bundlers would include the script.
+  const script = "../worker/node.js";
   // Flags of the process such as --input-type or --test must not be passed on.
-  const worker = new Worker(new URL("../worker/node.js", import.meta.url), { execArgv: [] });
+  const worker = new Worker(new URL(script, import.meta.url), { execArgv: [] });
   worker.on("message", onReply);
   worker.on("messageerror", onExit);
   worker.on("error", onExit);
@@ -22,10 +28,15 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
 
 export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
   const url = source instanceof URL ? source : undefined;
-  return compileFetched(url?.protocol === "file:" ? Uint8Array.from(await readFile(url)) : source);
+  return compileFetched(url?.protocol === "file:" ? await readFile(url) : source);
 }
 
 export async function fetchFile(address: string | URL, init: RequestInit): Promise<Response> {
   if (!/^file:/i.test(String(address))) return fetchRemote(address, init);
-  return new Response(Uint8Array.from(await readFile(new URL(address))));
+  return new Response(await readFile(new URL(address)));
+}
+
+async function readFile(url: URL): Promise<Uint8Array<ArrayBuffer>> {
+  const files = globalThis.process.getBuiltinModule("node:fs/promises");
+  return Uint8Array.from(await files.readFile(url));
 }

@@ -1,4 +1,4 @@
-// Builds dist/: the two wasm modules, then TypeScript. Steps whose inputs have not changed are skipped.
+// Builds dist/: the two wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
 import { createHash } from "node:crypto";
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -7,7 +7,7 @@ import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from
 const dist = join(root, "dist");
 const wasmDir = join(dist, "wasm");
 
-// What every browser with WebAssembly SIMD has; rustc uses the same set.
+// Features of all browsers with WebAssembly SIMD; rustc enables the same set.
 const wasmFeatures = [
   "--enable-simd",
   "--enable-bulk-memory",
@@ -84,7 +84,7 @@ function bindgenVersion() {
   return version;
 }
 
-/** Fetches what the build needs beside npm's packages: the wasm target and wasm-bindgen's tool. */
+/** Installs what the build needs besides npm packages: the wasm target and the wasm-bindgen tool. */
 export function setup() {
   const installed = output("rustup", ["target", "list", "--installed"]);
   if (!installed.split("\n").includes("wasm32-unknown-unknown")) {
@@ -93,7 +93,7 @@ export function setup() {
   const version = bindgenVersion();
   const tool = bin("wasm-bindgen");
   if (existsSync(tool) && output(tool, ["--version"]).trim() === `wasm-bindgen ${version}`) return;
-  // Not --locked: its lock file pins crates that no longer build everywhere.
+  // Not --locked, as its lock file pins crates that do not build on all platforms.
   run("cargo", [
     "install",
     "wasm-bindgen-cli",
@@ -106,7 +106,7 @@ export function setup() {
 }
 
 /**
- * Has `make` make `outputs` unless they are there and were made from exactly these inputs.
+ * Calls `make` unless `outputs` exist and were made from the same inputs.
  *
  * @param {string} name
  * @param {(string | Buffer)[]} inputs
@@ -152,7 +152,7 @@ function buildWasm({ name, cargo, opt }) {
         ...options,
         ...wasmFeatures,
       ]);
-    // The names are needed until the end, and not beyond.
+    // Names are needed to shorten imports, and stripped afterwards.
     wasmOpt(raw, text, [...opt, "--debuginfo", "--emit-text"]);
     shortenImports(text, join(wasmDir, `${name}.js`));
     wasmOpt(text, final, ["--strip-debug"]);
@@ -186,16 +186,16 @@ function shortenImports(text, glue) {
 const flags = [
   "--target",
   "web",
-  // The package says itself where its wasm is.
+  // The package passes the location of its wasm.
   "--omit-default-module-path",
   "--remove-producers-section",
   "--ts-typed-array-buffers",
-  // Lets a call work after one before it trapped.
+  // Allows calls after one that trapped.
   "--experimental-reset-state-function",
 ];
 
 function buildTypeScript() {
-  // The public types are written next to the bindings; the package ships the same file.
+  // The public types are published next to the bindings.
   mkdirSync(wasmDir, { recursive: true });
   cpSync(join(root, "src", "wasm", "types.d.ts"), join(wasmDir, "types.d.ts"));
   run(process.execPath, [npmBin("typescript", "tsc"), "-p", root]);

@@ -1,4 +1,4 @@
-// Finds a Chromium for the browser tests, and installs one where that can be done without asking.
+// Finds a Chromium for the browser tests, or installs one where that is possible without interaction.
 import { accessSync, constants, existsSync } from "node:fs";
 import { delimiter, join } from "node:path";
 import { npmBin, run } from "./shared.mjs";
@@ -12,7 +12,7 @@ const places = [
   "C:\\Program Files (x86)\\Microsoft\\Edge\\Application\\msedge.exe",
 ];
 
-/** Path of an installed Chromium or Chrome, `undefined` where there is none. */
+/** Path of an installed Chromium or Chrome, if any. */
 async function find() {
   const wanted = process.env.CHROMIUM_PATH;
   if (wanted) {
@@ -38,7 +38,7 @@ function isExecutable(file) {
   }
 }
 
-/** Path of a Chromium, installed first if there is none. */
+/** Path of a Chromium, which is installed if there is none. */
 export async function chromiumPath() {
   const found = await find();
   if (found) return found;
@@ -66,14 +66,14 @@ export async function chromiumPath() {
 }
 
 const noGpu = ["--disable-gpu"];
-/** WebGPU on the processor: slow, and the same everywhere. */
+/** WebGPU in software: slow but reproducible. */
 const softwareGpu = [
   "--enable-unsafe-webgpu",
   "--use-webgpu-adapter=swiftshader",
   "--enable-features=Vulkan",
 ];
 
-/** A running Chromium, as Playwright sees it, with or without WebGPU. The caller closes it. */
+/** Starts a Chromium, with or without WebGPU, which the caller closes. */
 export async function launch({ webgpu = false } = {}) {
   const { chromium } = await import("playwright-core");
   const gpu = webgpu ? softwareGpu : noGpu;

@@ -1,5 +1,5 @@
-// Makes the pictures of README.md: renders the sample, stitches it with the command line, with and without its depth maps,
-// and shrinks what comes out.
+// Makes the images of README.md: renders the sample, stitches it by the command line, with and without depth maps, and
+// downscales the results.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { build } from "./build.mjs";
@@ -8,7 +8,7 @@ import { isMain, root, run } from "./shared.mjs";
 
 /** @typedef {import("../../dist/index.js").ImageInput} ImageInput */
 
-/** Shows where a picture is empty. */
+/** Colour of transparent areas. */
 const BACKGROUND = 255;
 const QUALITY = 82;
 const MAX_BYTES = 120 * 1024;
@@ -51,7 +51,7 @@ function stitch(args) {
 }
 
 /**
- * Makes a picture `width` pixels wide by averaging areas, over the background where it is empty.
+ * Downscales an image to `width` pixels by area averaging, over the background colour.
  *
  * @param {ImageInput} image
  * @param {number} width
@@ -85,7 +85,7 @@ function shrink(image, width) {
 }
 
 /**
- * The whole pixels between two places, and how much of each lies between them.
+ * The pixels between two positions, and the covered fraction of each.
  *
  * @param {number} from
  * @param {number} to

@@ -1,4 +1,4 @@
-// Renders the sample pair of photos with known depth that the page and the tests use.
+// Renders the sample, two photos with exact depth, for the page and the tests.
 import { existsSync, mkdirSync, readdirSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { isMain, root, run } from "./shared.mjs";
@@ -6,10 +6,10 @@ import { isMain, root, run } from "./shared.mjs";
 const renderer = join(root, "tests", "scene");
 
 /**
- * Renders the sample into `folder` unless it is there and newer than the program that renders it.
+ * Renders the sample into `folder`, unless it exists and is newer than the renderer.
  *
  * @param {string} folder
- * @param {number[]} size width and height in pixels, if not the usual ones
+ * @param {number[]} size width and height in pixels (default 1000×662)
  */
 export function renderSample(folder = join("www", "public", "sample"), ...size) {
   const made = join(root, folder, "case.json");
@@ -26,7 +26,7 @@ export function renderSample(folder = join("www", "public", "sample"), ...size) 
   ]);
 }
 
-/** When the newest file below `folder` was changed, in milliseconds. @param {string} folder */
+/** Time of the latest change of a file below `folder`, in milliseconds. @param {string} folder */
 function newest(folder) {
   const files = readdirSync(folder, { recursive: true }).map((file) => join(folder, String(file)));
   return Math.max(...files.map((file) => statSync(file).mtimeMs));

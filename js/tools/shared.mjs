@@ -1,4 +1,4 @@
-// What the build scripts share. Only Node's own modules: these scripts run before `npm ci` has.
+// Functions of the build scripts. They use modules of Node only, as they run before `npm ci`.
 import { spawnSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -24,7 +24,7 @@ export function npmBin(name, command) {
   return join(folder, typeof bin === "string" ? bin : bin[command]);
 }
 
-/** Every wasm build and test of this package has SIMD. */
+/** All wasm builds and tests use SIMD. */
 export const simd = "-Ctarget-feature=+simd128";
 
 export const cargoEnv = {
@@ -33,7 +33,7 @@ export const cargoEnv = {
 };
 
 /**
- * Runs a command in the root of the repository, its output shown, and throws if it fails.
+ * Runs a command in the root of the repository with its output shown. Throws if it fails.
  *
  * @param {string} command
  * @param {string[]} args
@@ -50,7 +50,7 @@ export function run(command, args, { env = {} } = {}) {
   if (status !== 0) throw new Error(`${command} ended with ${signal ?? `status ${status}`}`);
 }
 
-/** What a command prints. @param {string} command @param {string[]} args */
+/** The output of a command. @param {string} command @param {string[]} args */
 export function output(command, args) {
   const { status, stdout, error } = spawnSync(command, args, {
     cwd: root,
@@ -62,13 +62,13 @@ export function output(command, args) {
   return stdout;
 }
 
-/** Runs npm, whose command is no program on Windows. @param {string[]} args */
+/** Runs npm, whose command is a script on Windows. @param {string[]} args */
 export function npm(args) {
   if (process.env.npm_execpath) run(process.execPath, [process.env.npm_execpath, ...args]);
   else run("npm", args);
 }
 
-/** Installs the packages of package-lock.json unless they are there. */
+/** Installs the packages of package-lock.json unless they are installed. */
 export function installPackages() {
   const done = join(root, "node_modules", ".package-lock.json");
   if (!existsSync(done) || lockOf(done) !== lockOf(join(root, "package-lock.json"))) {
@@ -76,7 +76,7 @@ export function installPackages() {
   }
 }
 
-/** Names and versions in a lock file, those of other platforms left out. @param {string} file */
+/** Names and versions in a lock file, without those of other platforms. @param {string} file */
 function lockOf(file) {
   /** @type {{ packages: Record<string, { version: string, optional?: boolean }> }} */
   const { packages } = JSON.parse(readFileSync(file, "utf8"));

@@ -1,10 +1,10 @@
-// Checks that the wasm modules are no larger than promised, and that the core really uses SIMD.
+// Checks the size budgets of the wasm modules, and that the core uses SIMD.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
 import { isMain, root } from "./shared.mjs";
 
-/** Largest size of each module in bytes, compressed by gzip -9. */
+/** Maximum size of each module in bytes, compressed by gzip -9. */
 const budgets = { depthstitch: 130 * 1024, codecs: 200 * 1024 };
 
 export async function checkSize() {
@@ -20,7 +20,7 @@ export async function checkSize() {
   const module = binaryen.readBinary(core);
   const text = module.emitText();
   module.dispose();
-  // Loads and stores also come from copying structures; arithmetic on lanes does not.
+  // Loads and stores also result from copying structures; arithmetic on lanes does not.
   const lanes = /\b(?:i16x8|i32x4|f32x4|f64x2)\.(?:add|sub|mul|div|sqrt|min|max|convert\w*)\b/g;
   const simd = text.match(lanes)?.length ?? 0;
   console.log(`depthstitch: ${simd} SIMD arithmetic instructions`);

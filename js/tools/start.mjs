@@ -1,4 +1,4 @@
-// `npm start`: installs, builds, renders the sample and serves the page with it stitched. Stop it with Ctrl+C.
+// `npm start`: installs, builds, renders the sample, and serves the page, which stitches it. Stop with Ctrl+C.
 import { spawn } from "node:child_process";
 import { join } from "node:path";
 import { build } from "./build.mjs";
@@ -18,14 +18,14 @@ const page = new URL("?sample", url).href;
 console.log(`\nThe page is at ${page} (Ctrl+C to stop)`);
 if (canShow()) open(page);
 
-/** Whether there is someone to look at a browser. */
+/** Whether a browser can be opened. */
 function canShow() {
   if (process.env.NO_OPEN || process.env.CI) return false;
   if (process.platform !== "linux") return true;
   return Boolean(process.env.DISPLAY || process.env.WAYLAND_DISPLAY);
 }
 
-/** Shows the page in the person's own browser; where that fails, the printed address will do. @param {string} url */
+/** Opens the page in the default browser; if that fails, the user can open the printed URL. @param {string} url */
 function open(url) {
   /** @type {Partial<Record<NodeJS.Platform, string[]>>} */
   const commands = { darwin: ["open"], win32: ["cmd", "/c", "start", ""] };

@@ -1,11 +1,11 @@
-// `npm test`: every test of the repository, group by group. `npm test -- rust node` runs only those two.
+// `npm test`: all tests, group by group. `npm test -- rust node` runs two groups.
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { build, setup } from "./build.mjs";
 import { renderSample } from "./sample.mjs";
 import { cargoEnv, installPackages, root, run } from "./shared.mjs";
 
-/** @type {Record<string, { needs: (() => void)[], tests: (() => void)[] }>} what has to be there first, and the tests */
+/** @type {Record<string, { needs: (() => void)[], tests: (() => void)[] }>} preparations and tests */
 const groups = {
   rust: { needs: [setup], tests: [() => cargoTest()] },
   wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
@@ -17,7 +17,7 @@ const groups = {
 
 /** @param {string[]} args */
 function cargoTest(...args) {
-  // The core is on by default: with the codecs it is everything there is.
+  // With the codecs, as the core is a default feature.
   run("cargo", ["test", "--features", "codecs", ...args], { env: cargoEnv });
 }
 
@@ -31,7 +31,7 @@ function nodeTest(folder) {
   run(process.execPath, ["--test", "--test-concurrency=1", ...files]);
 }
 
-/** A sample small enough for tests that stitch it many times. */
+/** A small sample for tests that stitch it many times. */
 function smallSample() {
   renderSample(join("target", "sample-small"), 240, 160);
 }

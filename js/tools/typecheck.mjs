@@ -1,4 +1,4 @@
-// Type checks everything that is not already checked by being built: the page, the scripts and the tests.
+// Type checks the package, the page, the scripts and the tests.
 import { join } from "node:path";
 import { isMain, npmBin, root, run } from "./shared.mjs";
 

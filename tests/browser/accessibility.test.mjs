@@ -58,7 +58,7 @@ for (const colorScheme of /** @type {const} */ (["light", "dark"])) {
   });
 }
 
-test("the tab key walks the whole way, with the focus in sight", async () => {
+test("the tab key reaches all controls in order, with visible focus", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   await openPanel(page, "depth");
   await openPanel(page, "fill");
@@ -119,12 +119,12 @@ test("the tab key walks the whole way, with the focus in sight", async () => {
   assert.deepEqual(
     places,
     [...places].sort((a, b) => a - b),
-    "in the order of the way",
+    "in order",
   );
   await close();
 });
 
-test("the whole way works by keyboard alone", async () => {
+test("the page works by keyboard alone", async () => {
   const { page, close } = await site.open();
   await page.locator("#start-sample").focus();
   await page.keyboard.press("Enter");
@@ -138,7 +138,7 @@ test("the whole way works by keyboard alone", async () => {
   await close();
 });
 
-test("works in a worker, asks no other host, breaks no policy and does not jump", async () => {
+test("works in a worker without other hosts, policy violations or layout shifts", async () => {
   const { page, complaints, close } = await site.open();
   const atStart = (await seen(page)).shift;
   assert.ok(atStart < 0.02, `cumulative layout shift ${atStart} at the start`);
@@ -215,7 +215,7 @@ test("loads in 250 KB", async () => {
   await close();
 });
 
-test("once loaded it works without a network", async () => {
+test("once loaded it works offline", async () => {
   const own = await startSite();
   try {
     const { page, close } = await own.open({ serviceWorkers: "allow" });

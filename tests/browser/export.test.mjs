@@ -7,7 +7,7 @@ import { openPanel, saved, savedPicture, smallCase, smallPhotos, startSite } fro
 const site = await startSite();
 after(() => site.close());
 
-test("saves the picture whole with its transparency, or cropped without any", async () => {
+test("saves the mosaic whole with transparency, or cropped without", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const whole = await savedPicture(page);
   assert.ok(transparent(whole) > 0.01, "the canvas has empty corners");
@@ -53,7 +53,7 @@ test("saves the report", async () => {
   await close();
 });
 
-test("the address carries the settings, and brings them back", async () => {
+test("the URL contains the settings and restores them", async () => {
   const { page, close } = await site.open({
     files: smallPhotos,
     permissions: ["clipboard-read", "clipboard-write"],
@@ -76,7 +76,7 @@ test("the address carries the settings, and brings them back", async () => {
   assert.equal(await again.page.inputValue("#photo-limit"), "1536");
   assert.ok(
     await again.page.isChecked('input[name="fill-method"][value="core"]'),
-    "a link makes nobody fetch a network",
+    "a link must not cause downloads of networks",
   );
   assert.deepEqual(await again.complaints(), []);
   await again.close();

@@ -132,7 +132,7 @@ test("phones offer their camera, desktops do not", async () => {
   await desktop.close();
 });
 
-test("places the files of a whole case by their names, dropped as files or as a folder", async () => {
+test("assigns the files of a case by their names, dropped as files or as a folder", async () => {
   const { page, complaints, close } = await site.open({ files: smallCase });
   const first = await savedPicture(page);
   for (const paths of [smallCase, [dirname(smallFile("case.json"))]]) {
@@ -146,7 +146,7 @@ test("places the files of a whole case by their names, dropped as files or as a 
   await close();
 });
 
-test("says what is wrong with a photo and keeps what was there", async () => {
+test("reports what is wrong with a photo and keeps the previous one", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const first = await savedPicture(page);
   const heic = Buffer.from("00000018667479706865696300000000", "hex");
@@ -170,7 +170,7 @@ test("says what is wrong with a photo and keeps what was there", async () => {
   await close();
 });
 
-test("says what is wrong with matches and depth maps", async () => {
+test("reports what is wrong with matches and depth maps", async () => {
   const { page, close } = await site.open({ files: smallCase });
   await openPanel(page, "depth");
   await openPanel(page, "options");
@@ -199,7 +199,7 @@ test("says what is wrong with matches and depth maps", async () => {
   await close();
 });
 
-test("puts the core's errors in words and keeps the earlier result", async () => {
+test("explains errors of the core and keeps the previous result", async () => {
   const { page, close } = await site.open({ files: smallCase });
   const first = await savedPicture(page);
   await openPanel(page, "options");
@@ -293,7 +293,7 @@ test("warns about a depth map of another aspect ratio, and about one that is mos
   await close();
 });
 
-test("turns a photo as its EXIF data says, and uses its focal length", async () => {
+test("applies the EXIF orientation and focal length of a photo", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const upright = await readFile(smallFile("target.jpg"));
   // Orientation 6, a quarter turn, and a link to the EXIF directory with a focal length as on film of 26 mm.

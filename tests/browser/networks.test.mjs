@@ -1,4 +1,4 @@
-// Networks in the page: depth and filling, asked for by the user, from a host that the user names.
+// Networks in the page: depth and inpainting, requested by the user, from a host that the user names.
 import assert from "node:assert/strict";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -65,7 +65,7 @@ async function askForDepth(page) {
 const others = async (complaints) =>
   (await complaints()).filter((complaint) => !complaint.startsWith(`request to ${host}`));
 
-test("two-view first, then again with depth by a network, which is fetched once", async () => {
+test("two-view depth first, then depth by a network, which is fetched once", async () => {
   const { page, complaints, close } = await site.open({ files: smallPhotos });
   const asked = await serveModels(page);
   const first = await savedPicture(page);
@@ -121,7 +121,7 @@ async function askForOwnDepth(page, file, { colours, output }) {
   assert.equal(await page.locator("#message").textContent(), "");
 }
 
-test("depth by a network of the user's own, of either kind", async () => {
+test("depth by a custom network, inverse and metric", async () => {
   const { page, complaints, close } = await site.open({ files: smallPhotos });
   const asked = await serveModels(page);
   const file = `${MODEL}/onnx/model.onnx`;
@@ -155,7 +155,7 @@ test("FastDepth, in the page", async (t) => {
   await close();
 });
 
-test("a download is told, can be cancelled, and can fail without harm", async () => {
+test("downloads are reported, can be cancelled, and can fail", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   const first = await savedPicture(page);
   await serveModels(page, { slow: true });

@@ -1,4 +1,4 @@
-// Running: progress, cancelling in every stage, a lost worker, and a page that never stands still.
+// Runs: progress, cancelling in every stage, a lost worker, and a responsive page.
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
 import {
@@ -58,7 +58,7 @@ test("cancels in every stage, and runs again to the same bytes, twice", async ()
   await close();
 });
 
-test("tells every stage as it comes", async () => {
+test("reports every stage in order", async () => {
   const { page, close } = await site.open();
   await page.evaluate(() => {
     /** @type {string[]} */
@@ -72,7 +72,7 @@ test("tells every stage as it comes", async () => {
   await finished(page);
   /** @type {string[]} */
   const heard = await page.evaluate("heard");
-  // Depth is gone on with after its refinement.
+  // Depth is extrapolated after its refinement, so its stage appears twice.
   const once = new Set(heard.map((words) => words.split(" ")[0]));
   assert.deepEqual([...once], [...stages, ...later, "Done"]);
   await close();
@@ -92,7 +92,7 @@ test("photos that change during a run are stitched instead", async () => {
   await close();
 });
 
-test("a worker that is lost is an error in words, and the next run works", async () => {
+test("a lost worker is reported, and the next run works", async () => {
   const { page, close } = await site.open();
   // The core's worker, as a page would lose it when the browser runs short of memory.
   await page.route(/assets\/browser-.*\.js$/, (route) => route.abort());

@@ -1,4 +1,4 @@
-// The way through: two photos in, one picture out, the same that Node makes of the same pixels.
+// Stitching: two photos in, one mosaic out, identical to that of Node from the same pixels.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, test } from "node:test";

@@ -1,4 +1,4 @@
-// Seeing: every view of a result, panned, zoomed, compared, and reached by keyboard.
+// Views: every view of a result, panning, zooming, comparing, and keyboard control.
 import assert from "node:assert/strict";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -49,7 +49,7 @@ async function open(page, name) {
   await page.locator("#view-caption", { hasText: /\w.*\./ }).waitFor();
 }
 
-test("every view shows something of its own, and says in words what", async () => {
+test("every view draws something of its own and has a caption", async () => {
   // A depth map that is right shows what was hidden, so that there are voids to see.
   const { page, complaints, close } = await site.open({ files: smallCase });
   const tabs = await page.locator('[role="tab"]:visible').all();

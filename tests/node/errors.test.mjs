@@ -1,4 +1,4 @@
-// Whatever is wrong with the input comes out as a StitchError that names it.
+// Invalid inputs are reported by a StitchError that names them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { estimate, fill, stitch, StitchError, warp } from "depthstitch";

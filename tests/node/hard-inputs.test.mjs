@@ -1,5 +1,5 @@
-// Every way to call with something wrong, on the calling thread and in a worker: a StitchError with the right code, the
-// wrong number in its details, and the next call works.
+// Invalid inputs of every kind, on the calling thread and in a worker: a StitchError with the right code and the wrong number
+// in its details, and the next call works.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { blend, estimate, fill, measure, stitch, warp } from "depthstitch";
@@ -298,7 +298,7 @@ for (const worker of [true, false]) {
   });
 }
 
-/** Wrong numbers among good ones are dropped, and only they. */
+/** Invalid matches among valid ones are dropped, and only they. */
 test("wrong numbers among good matches change nothing", async () => {
   const wrong = [NaN, Infinity, -Infinity, 3e38, -1, 1e6];
   const mixed = Array.from({ length: inputs.matches.length / 4 }, (_, i) => {
@@ -318,7 +318,7 @@ test("wrong numbers among good matches change nothing", async () => {
   assert.ok(found.inliers.every((inlier, i) => i % 2 === 1 || inlier === 0));
 });
 
-test("depth maps that say nothing leave a homography with a warning", async () => {
+test("uninformative depth maps result in a homography with a warning", async () => {
   const pixels = width * height;
   const constant = { data: new Float32Array(pixels).fill(2), ...size, kind: "metric" };
   const holes = { data: new Uint8Array(pixels), ...size, kind: "inverse", invalid: 0 };

@@ -1,4 +1,4 @@
-// The package as its users get it: packed, installed into an empty project, and used from there.
+// The package as its users get it: packed, installed into an empty project, and used from there; and the examples.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import {
@@ -24,7 +24,7 @@ const web = join(consumer, "web");
 
 /** Runs a program in `cwd`; its output. @param {string[]} args */
 function run(command = "", args = [""], cwd = consumer) {
-  // npm's settings for this repository are not the consumer's.
+  // Without the npm configuration of this repository.
   const env = Object.entries(process.env).filter(([name]) => !/^npm_/i.test(name));
   const { status, stdout, stderr, error } = spawnSync(command, args, {
     cwd,
@@ -36,7 +36,7 @@ function run(command = "", args = [""], cwd = consumer) {
   return stdout;
 }
 
-/** What the consumer's Node program makes of the sample. */
+/** What the Node program of the consumer computes from the sample. */
 let expected = "";
 
 before(() => {
@@ -50,7 +50,7 @@ before(() => {
   expected = run(process.execPath, ["node.mjs"]).trim();
 });
 
-test("the package holds what is needed and nothing else", () => {
+test("the package contains what is needed and nothing else", () => {
   const files = run("npm", ["ls", "--all", "--parseable"]).trim().split("\n");
   assert.equal(files.length, 2, "the package has no dependencies");
   const installed = join(consumer, "node_modules", "depthstitch");
@@ -59,6 +59,8 @@ test("the package holds what is needed and nothing else", () => {
     "codecs.js",
     "depth/index.js",
     "inpaint/index.js",
+    "cases/index.js",
+    "options.js",
     "worker/browser.js",
     "worker/node.js",
     "cli/main.js",
@@ -85,8 +87,8 @@ test("the wasm files can be named", () => {
   assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\n");
 });
 
-test("without the packages of the networks, those who ask for one are told which", (t) => {
-  // Elsewhere, as Node would find this repository's own packages from here.
+test("without the peer packages of networks, the error names the package", (t) => {
+  // Outside the repository, whose packages Node would find.
   const alone = mkdtempSync(join(tmpdir(), "depthstitch-alone-"));
   t.after(() => rmSync(alone, { recursive: true }));
   cpSync(join(consumer, "node_modules"), join(alone, "node_modules"), { recursive: true });
@@ -136,7 +138,7 @@ for (const [name, options] of Object.entries({
   });
 }
 
-/** What the page at `url` makes of the sample, in Chromium. @param {string | undefined} url */
+/** What the page at `url` computes from the sample, in Chromium. @param {string | undefined} url */
 async function inChromium(url) {
   assert.ok(url);
   const browser = await launch();
@@ -152,7 +154,7 @@ async function inChromium(url) {
   }
 }
 
-/** Fails if a build has anything of the networks' adapters, which nobody imported. @param {string} folder */
+/** Fails if a build contains code of networks, which is not imported. @param {string} folder */
 function assertNoNetworks(folder) {
   for (const file of readdirSync(folder).filter((name) => name.endsWith(".js"))) {
     const script = readFileSync(join(folder, file), "utf8");
@@ -222,6 +224,93 @@ test("so does Vite's development server", async () => {
     await server.listen();
     const result = await inChromium(server.resolvedUrls?.local[0]);
     assert.deepEqual(result, { digest: expected, workers: 1 });
+  } finally {
+    await server.close();
+  }
+});
+
+/** A copy of an example with the installed package and two photos beside it or in `photos`. @param {string} name */
+function example(name, photos = "") {
+  const copy = join(folder, `example-${name}`);
+  cpSync(join(root, "examples", name), copy, { recursive: true });
+  cpSync(join(consumer, "node_modules"), join(copy, "node_modules"), { recursive: true });
+  for (const [from, to] of [
+    ["target.jpg", "left.jpg"],
+    ["reference.jpg", "right.jpg"],
+  ]) {
+    cpSync(join(web, "public", from ?? ""), join(copy, photos, to ?? ""));
+  }
+  return copy;
+}
+
+test("the example for Node writes a mosaic", async () => {
+  const copy = example("node");
+  const output = run(process.execPath, ["stitch.mjs", "left.jpg", "right.jpg", "out.png"], copy);
+  assert.match(output, /^PSNR \d+\.\d dB over \d+ % of the reference$/m);
+  const { decodeImage } = await import("depthstitch/codecs");
+  const { data, width, height } = await decodeImage(readFileSync(join(copy, "out.png")));
+  assert.ok(width > 100 && height > 80, `${width}×${height}`);
+  assert.ok(
+    data.every((value, i) => i % 4 < 3 || value === 255),
+    "cropped to opaque pixels",
+  );
+});
+
+/** Fails unless the page at `url` shows a mosaic. @param {string | undefined} url */
+async function showsMosaic(url) {
+  assert.ok(url);
+  const browser = await launch();
+  try {
+    const page = await browser.newPage();
+    await page.goto(url);
+    await page.locator("#status", { hasText: /^(Done|Failed)/ }).waitFor({ timeout: 120_000 });
+    assert.match((await page.locator("#status").textContent()) ?? "", /^Done: \d+ inliers/);
+    const { width, opaque } = await page.evaluate(() => {
+      const canvas = document.querySelector("canvas");
+      const context = canvas?.getContext("2d");
+      if (!canvas || !context) throw new Error("no canvas");
+      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+      return { width: canvas.width, opaque: data.filter((v, i) => i % 4 === 3 && v > 0).length };
+    });
+    assert.ok(width > 240 && opaque > 240 * 160, `${opaque} pixels on a canvas ${width} wide`);
+  } finally {
+    await browser.close();
+  }
+}
+
+test("the example for Vite shows a mosaic, built and by the development server", async () => {
+  const copy = example("vite", "public");
+  const config = {
+    root: copy,
+    configFile: join(copy, "vite.config.js"),
+    logLevel: /** @type {const} */ ("warn"),
+  };
+  await build({ ...config, build: { target: "es2022" } });
+  const built = await preview({ ...config, preview: { port: 0 } });
+  try {
+    await showsMosaic(built.resolvedUrls?.local[0]);
+  } finally {
+    await built.close();
+  }
+  const server = await createServer({ ...config, server: { port: 0, fs: { allow: [copy] } } });
+  try {
+    await server.listen();
+    await showsMosaic(server.resolvedUrls?.local[0]);
+  } finally {
+    await server.close();
+  }
+});
+
+test("the example without a build step shows a mosaic", async () => {
+  const copy = example("html");
+  const server = await preview({
+    root: copy,
+    configFile: false,
+    build: { outDir: copy },
+    preview: { port: 0 },
+  });
+  try {
+    await showsMosaic(server.resolvedUrls?.local[0]);
   } finally {
     await server.close();
   }

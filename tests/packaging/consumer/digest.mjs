@@ -1,4 +1,4 @@
-// The same work wherever it runs: read a pair of photos, stitch it in a worker, and boil the result down to a hash.
+// Reads two photos, stitches them in a worker, and hashes the result, in any environment.
 import { stitch } from "depthstitch";
 import { decodeDepth, decodeImage } from "depthstitch/codecs";
 

@@ -1,4 +1,4 @@
-// Uses every export, so that a type checker sees every declaration that is published.
+// Uses every export, so that the type checker checks every published declaration.
 import * as depthstitch from "depthstitch";
 import {
   align,
@@ -54,9 +54,11 @@ import {
   type WarpOptions,
   type WasmSource,
 } from "depthstitch";
+import * as cases from "depthstitch/cases";
 import * as codecs from "depthstitch/codecs";
 import * as depthModels from "depthstitch/depth";
 import * as inpainting from "depthstitch/inpaint";
+import * as options from "depthstitch/options";
 
 const image: ImageInput = { data: new Uint8ClampedArray(16), width: 2, height: 2 };
 const depth: DepthInput = { data: new Float32Array(4), width: 2, height: 2, kind: "metric" };
@@ -147,7 +149,35 @@ export async function everyNetwork(signal: AbortSignal, weights: depthModels.Wei
   return filled;
 }
 
-// Nothing may be left out above.
+export function everyFile(text: string, bytes: Uint8Array): cases.CaseDescription | string {
+  const matches: Float32Array = cases.parseMatches(text, "matches.csv");
+  const { data, shape }: cases.NumericArray = cases.parseNpy(bytes, "depth.npy");
+  void [matches, data, shape];
+  try {
+    const description = cases.parseCase(text, "case.json");
+    const format: cases.DepthFormat | null = description.depth;
+    const truth: cases.TrueMap | null = description.truth;
+    void [format, truth];
+    return description;
+  } catch (error) {
+    if (!(error instanceof cases.FileError)) throw error;
+    const code: cases.FileErrorCode = error.code;
+    return code;
+  }
+}
+
+export function everyOption(): string[] {
+  const one: options.NumberOption = options.OPTIONS.maxTrials;
+  const choice: options.ChoiceOption = options.OPTIONS.seam;
+  const flag: options.BooleanOption = options.OPTIONS.mutual;
+  void [one, choice, flag];
+  return options.OPTION_LIST.map(([name, spec]) => {
+    const [key, { group }]: [options.OptionName, options.OptionSpec] = [name, spec];
+    return `${key} ${group satisfies options.OptionGroup}`;
+  });
+}
+
+// The code above must use every export.
 type Used =
   | "StitchError"
   | "align"
@@ -174,11 +204,15 @@ type UsedCodecs =
   | "encodePng"
   | "init";
 type UsedDepth = "StitchError" | "estimateDepth" | "loadDepthModel" | "loadOnnxDepth";
+type UsedCases = "FileError" | "parseCase" | "parseMatches" | "parseNpy";
+type UsedOptions = "OPTIONS" | "OPTION_LIST";
 type UsedInpaint = "StitchError" | "loadInpainter";
 type Nothing<T extends never> = T;
 export type Missing = Nothing<Exclude<keyof typeof depthstitch, Used>>;
 export type MissingCodecs = Nothing<Exclude<keyof typeof codecs, UsedCodecs>>;
 export type MissingDepth = Nothing<Exclude<keyof typeof depthModels, UsedDepth>>;
+export type MissingCases = Nothing<Exclude<keyof typeof cases, UsedCases>>;
+export type MissingOptions = Nothing<Exclude<keyof typeof options, UsedOptions>>;
 export type MissingInpaint = Nothing<Exclude<keyof typeof inpainting, UsedInpaint>>;
 // @ts-expect-error the image's width must be a number
 void stitch({ ...image, width: "2" }, image);
