@@ -403,8 +403,8 @@ fn a_guided_fit_that_fails_leaves_the_first_one() {
 
 /// Moves a rectangle of a photo down by a pixel, as something that moved between the photos.
 fn move_down(image: &mut depthstitch::Image, [left, top, right, bottom]: [usize; 4]) {
-    let width = image.width;
-    let pixels = image.data.as_chunks_mut::<4>().0;
+    let width = image.width();
+    let pixels = image.pixels_mut();
     for y in (top..bottom).rev() {
         pixels.copy_within((y - 1) * width + left..(y - 1) * width + right, y * width + left);
     }
@@ -429,5 +429,5 @@ fn tracked_points_count_when_they_were_fitted() {
     let [tracked, fitted] = [&vec![true; all.len()], &both.inliers]
         .map(|flags| flags[photos.matches.len()..].iter().filter(|flag| **flag).count());
     assert!(0 < fitted && fitted < tracked, "{fitted} of {tracked} are fitted");
-    assert_eq!(found.geometry.followed, fitted);
+    assert_eq!(found.geometry.tracked, fitted);
 }

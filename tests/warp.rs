@@ -258,7 +258,7 @@ fn pixels_that_project_far_outside_the_target_do_not_count() {
     let (w, h) = (64, 48);
     let grey = |top: u8, bottom: u8| {
         let mut image = Image::transparent(w, h).unwrap();
-        let (above, below) = image.data.split_at_mut(4 * w * h / 2);
+        let (above, below) = image.data_mut().split_at_mut(4 * w * h / 2);
         above.as_chunks_mut().0.fill([top, top, top, 255]);
         below.as_chunks_mut().0.fill([bottom, bottom, bottom, 255]);
         image
