@@ -45,7 +45,7 @@ async function serve({ folder, method, runs }: Job): Promise<Scale> {
     megapixels: (width * height) / 1e6,
     ms: stitch,
     memory: core.call((raw) => raw.peakMemory()),
-    predicted: await predictedMemory(pair, way),
+    predicted: await predictedMemory(pair, method),
   };
 }
 
@@ -53,7 +53,7 @@ async function serve({ folder, method, runs }: Job): Promise<Scale> {
 async function predictedMemory(pair: Pair, method: Method): Promise<number> {
   let bytes = 1;
   for (;;) {
-    const options = { ...inputs(pair, way), maxBytes: bytes, worker: false };
+    const options = { ...inputs(pair, method), maxBytes: bytes, worker: false };
     try {
       await stitch(pair.target, pair.reference, options);
       return bytes;
