@@ -11,10 +11,10 @@ export function isNode(): boolean {
 
 export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) => void): Port {
   const { Worker } = globalThis.process.getBuiltinModule("node:worker_threads");
-  // Not a literal, as bundlers would include the script.
-  const script = "../worker/node.js";
+  // Not `new URL(…, import.meta.url)`, as bundlers would include the script.
+  const base = import.meta.url;
   // Flags of the process such as --input-type or --test must not be passed on.
-  const worker = new Worker(new URL(script, import.meta.url), { execArgv: [] });
+  const worker = new Worker(new URL("../worker/node.js", base), { execArgv: [] });
   worker.on("message", onReply);
   worker.on("messageerror", onExit);
   worker.on("error", onExit);

@@ -60,7 +60,7 @@ ${sections.join("\n")}`;
 function describe({ name, comment, code }) {
   const { text, tags } = parts(comment);
   // The options have a document of their own.
-  const shown = name === "Options" ? "" : `\n\`\`\`ts\n${code}\n\`\`\`\n`;
+  const shown = name === "Options" || name === "OPTIONS" ? "" : `\n\`\`\`ts\n${code}\n\`\`\`\n`;
   return `### \`${name}\`\n\n${[text, tags].filter(Boolean).join("\n\n")}\n${shown}`;
 }
 
