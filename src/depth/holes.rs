@@ -1,4 +1,4 @@
-//! What stands in for a depth map's holes.
+//! Holes of depth maps, and how they are filled.
 
 use std::borrow::Cow;
 
@@ -7,10 +7,10 @@ use wide::f32x4;
 use crate::image::zeroed;
 use crate::{InverseDepth, Result};
 
-/// What is done where a depth map has no value.
+/// How pixels without a depth value are handled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Holes {
-    /// The nearest known value is taken; void recovery removes what it gets wrong.
+    /// They get the value of the nearest pixel that has one; void recovery removes most of the errors.
     #[default]
     Nearest,
     /// Cells of the target at a hole are not drawn, reference pixels at a hole are void.

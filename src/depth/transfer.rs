@@ -9,8 +9,8 @@ use crate::{InverseDepth, Result, Stage};
 /// Inverse depth of the `other` photo (width, height), from the map of the first and the `model` that takes it there.
 ///
 /// What the first photo shows with d appears in the other with d/λ, λ being the third coordinate of its image; the model
-/// back is [`Model::inverse`]. Where several things meet, the nearest, of the largest d, is seen. What the first photo
-/// does not show is continued from around, as [`super::continue_outside`] does. Holes of the map are nowhere.
+/// back is [`Model::inverse`]. Where several pixels land on one, the nearest, of the largest d, is visible. What the first
+/// photo does not show is extrapolated, as [`super::continue_outside`] does. Holes of the map land nowhere.
 ///
 /// `None` when hardly any of the map lands on the other photo, or the model has no inverse.
 ///
@@ -40,7 +40,7 @@ pub fn derive_depth(
         }
         for x in 0..depth.width() {
             let Some((place, value, d)) = at(x, y) else { continue };
-            // As large as the pixel appears, so that no gaps are left where the other photo is closer.
+            // Half the size of the projected pixel, so that no gaps are left where the other photo is closer.
             let mut half = [0.5; 2];
             for next in [(x + 1, y), (x, y + 1)] {
                 if next.0 < depth.width()
@@ -49,7 +49,7 @@ pub fn derive_depth(
                 {
                     for k in 0..2 {
                         let apart = 0.5 * (next[k] - place[k]).abs();
-                        // What is farther apart is another thing.
+                        // Neighbours farther apart belong to different surfaces.
                         if apart > half[k] && apart < 1.5 {
                             half[k] = apart;
                         }
@@ -98,7 +98,7 @@ pub fn derive_missing(
         }
         _ => return Ok(None),
     };
-    // The model from the one photo to the other does not depend on the other's depth: any that is no plane will do.
+    // The model from the one photo to the other does not depend on the other's depth: any map that is not a plane will do.
     let (w, h) = to.size;
     let saddle = InverseDepth::constant(0.0, w, h)?
         .map_indexed(|i, _| ((i % w) as f64 / w as f64 * ((i / w) as f64 / h as f64)) as f32)?;

@@ -1,4 +1,4 @@
-//! Covered pixels on their way from the cells to what judges them: found up to four at a time, worked on four by four.
+//! Covered pixels between rasterisation and void recovery: found up to four at a time, processed four by four.
 
 use wide::{f32x4, i8x16, i32x4};
 
@@ -12,15 +12,15 @@ pub(super) struct Covered {
     /// In reference coordinates.
     pub x: i32x4,
     pub y: i32x4,
-    /// The pixels' places along the row of cells: whole numbers at the corners.
+    /// Positions of the pixels along the row of cells, in cells: integers at the corners.
     pub u: f32x4,
-    /// The pixels' places across it, 0 at the first and 1 at the last corner.
+    /// Positions across it, 0 at the upper and 1 at the lower corners.
     pub v: f32x4,
     /// Not 0 where the cell is longer than the limit.
     pub stretched: i32x4,
 }
 
-/// Covered pixels in the order they were found, without gaps: a list of each of their numbers.
+/// Covered pixels in the order in which they were found, without gaps: one list per field of [`Covered`].
 pub(super) struct Batch {
     lists: [[i32; BATCH]; 5],
     pub count: usize,
@@ -31,14 +31,14 @@ impl Batch {
         Self { lists: [[0; BATCH]; 5], count: 0 }
     }
 
-    /// Whether four pixels may be too many.
+    /// Whether there is no room for four more pixels.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.count > BATCH - LANES
     }
 
-    /// Appends the pixels in `lanes`, one to a bit. All four are written, those first: the next ones go over the rest,
-    /// so that it takes no branch.
+    /// Appends the pixels of the lanes whose bit is set. To avoid branches all four lanes are written, the set ones first;
+    /// later pixels overwrite the rest.
     #[inline(always)]
     pub fn push(&mut self, lanes: i32, Covered { x, y, u, v, stretched }: Covered) {
         let order = TOGETHER[lanes as usize % TOGETHER.len()];
@@ -50,7 +50,7 @@ impl Batch {
         self.count = at + lanes.count_ones() as usize;
     }
 
-    /// The pixels in fours. Beyond the last one are any numbers.
+    /// The pixels in fours. Lanes beyond the last pixel hold arbitrary values.
     #[inline(always)]
     pub fn fours(&self) -> impl Iterator<Item = Covered> {
         (0..self.count.div_ceil(LANES).min(BATCH / LANES)).map(|k| {
@@ -60,7 +60,7 @@ impl Batch {
     }
 }
 
-/// For each choice of lanes the bytes that move them to the front.
+/// For each set of lanes the byte shuffle that moves them to the front.
 const TOGETHER: [i8x16; 1 << LANES] = {
     let mut orders = [i8x16::new([0; 16]); 1 << LANES];
     let mut lanes = 0;

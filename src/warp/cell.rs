@@ -1,9 +1,9 @@
-//! A warped cell of any size and shape: which canvas pixels it covers, and where in the cell each of them lies
-//! (paper, section 3.2.1).
+//! A warped cell of any size and shape: which canvas pixels it covers, and the inverse bilinear map of each of them (paper,
+//! section 3.2.1).
 
 use super::grid::{PIXEL, Point, SUBPIXEL_BITS};
 
-/// A cell that is not wholly turned over: the back of a fold is never a visible surface.
+/// A cell that is not wholly turned over (of reversed orientation): the back of a fold is never a visible surface.
 pub(super) struct Cell {
     /// In turn from the top left.
     corners: [Point; 4],

@@ -1,8 +1,7 @@
-//! Draws one row of warped cells.
+//! Rasterises one row of warped cells (paper, section 3.2.1).
 //!
 //! With one vertex per pixel a cell covers about one canvas pixel, sometimes none, sometimes a few. Such small convex
-//! cells are looked at four at once; all others take [`Cell`]'s way. Either way the pixels found are handed on in
-//! batches.
+//! cells are processed four at once; all others by [`Cell`]. The pixels found are passed on in batches.
 
 use wide::{CmpEq, CmpGt, CmpLt, f32x4, i32x4};
 
@@ -39,10 +38,9 @@ pub(super) fn draw_row(
         let start = f32x4::splat(first as f32) + f32x4::new([0.0, 1.0, 2.0, 3.0]);
         if group.small.move_mask() != 0 {
             let inverse = InverseBilinear::new(&group);
-            // Mostly a cell covers one pixel, if any: pixels of different cells are found one after the other and handed
-            // on together.
+            // Most cells cover one pixel or none: pixels of different cells are collected and passed on together.
             let (mut found, mut right, mut down) = (i32x4::ZERO, i32x4::ZERO, i32x4::ZERO);
-            let mut hand_on = |lanes: i32, right: i32x4, down: i32x4| {
+            let mut flush = |lanes: i32, right: i32x4, down: i32x4| {
                 let [u, v] = inverse.at(right, down);
                 let [x, y] = [group.first[0] + right, group.first[1] + down];
                 push(lanes, Covered { x, y, u: start + u, v, stretched });
@@ -56,7 +54,7 @@ pub(super) fn draw_row(
                     let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
                     let covered = least.cmp_gt(i32x4::ZERO) & group.small;
                     if (covered & found).move_mask() != 0 {
-                        hand_on(found.move_mask(), right, down);
+                        flush(found.move_mask(), right, down);
                         found = i32x4::ZERO;
                     }
                     (right, down) = (covered.blend(i, right), covered.blend(j, down));
@@ -73,7 +71,7 @@ pub(super) fn draw_row(
             }
             let found = found.move_mask();
             if found != 0 {
-                hand_on(found, right, down);
+                flush(found, right, down);
             }
         }
         let mut others = group.others();
@@ -137,7 +135,7 @@ impl CellGroup {
         Self { corners, sides, first, extent, small, visible }
     }
 
-    /// Whether one of the small cells is wider or higher than so many pixels.
+    /// Whether one of the small cells is wider (axis 0) or higher (axis 1) than so many pixels.
     #[inline(always)]
     fn reaches(&self, axis: usize, pixels: i32x4) -> bool {
         self.extent[axis].cmp_gt(pixels).move_mask() != 0
@@ -159,16 +157,16 @@ impl CellGroup {
         [edge(ab, a, i32x4::ZERO), edge(bc, b, right), edge(cd, c, bottom), edge(da, d, i32x4::ZERO)]
     }
 
-    /// Lanes whose cell needs the general way, one to a bit.
+    /// Lanes whose cell is not small and convex, one bit each.
     #[inline(always)]
     fn others(&self) -> i32 {
         (self.visible & !self.small).move_mask()
     }
 }
 
-/// The inverse of the cells' bilinear maps, as [`Cell`] has it, for four cells at once.
+/// The inverse of the cells' bilinear maps, as in [`Cell`], for four cells at once.
 struct InverseBilinear {
-    /// Sides ab and ad, and what makes the cell differ from a parallelogram.
+    /// Sides ab and ad, and the deviation from a parallelogram, a − b + c − d.
     e: [f32x4; 2],
     f: [f32x4; 2],
     g: [f32x4; 2],
@@ -194,7 +192,7 @@ impl InverseBilinear {
         Self { e, f, g, h, ef: cross(e, f), gf: cross(g, f) }
     }
 
-    /// Places of the pixels so far from the first ones in their cells.
+    /// Positions (u, v) of the pixels at these offsets from the first pixels of the bounding boxes.
     #[inline(always)]
     fn at(&self, right: i32x4, down: i32x4) -> [f32x4; 2] {
         let (zero, one) = (f32x4::splat(0.0), f32x4::splat(1.0));

@@ -1,19 +1,19 @@
-//! Bilinear sampling of the target: its photo and its depth alike.
+//! Bilinear sampling of the target photo (paper, section 3.2.1), and the nearest pixel for its depth.
 
 use wide::{CmpGt, f32x4, i16x8, i32x4, u8x16, u16x8};
 
 use crate::ImageView;
 
-/// Four places in the target, each between four pixels, to 1/256 of a pixel.
+/// Four positions in the target, each between four pixels, to 1/256 of a pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Taps {
     /// Indices of the top left pixels of the four.
     pub index: i32x4,
     /// Indices of the nearest pixels of the four.
     pub nearest: i32x4,
-    /// Shares of the lower pixels, 0 to 256.
+    /// Weights of the lower pixels, 0 to 256.
     pub lower: i32x4,
-    /// Shares of the right pixels, 0 to 256, times 2¹⁶, and below them those of the left ones.
+    /// Weights of the right pixels, 0 to 256, in the upper 16 bits, those of the left ones in the lower.
     pub across: i32x4,
 }
 
@@ -26,20 +26,20 @@ pub(super) struct Tap {
 }
 
 impl Taps {
-    /// What is written over.
+    /// To be overwritten.
     pub const NONE: Self = {
         let none = i32x4::ZERO;
         Self { index: none, nearest: none, lower: none, across: none }
     };
 
-    /// The places (x, y) of a picture of the given size, which must lie inside it.
+    /// The positions (x, y), which must lie inside an image of the given size.
     #[inline(always)]
     pub fn new([x, y]: [f32x4; 2], (width, height): (usize, usize)) -> Self {
         let fixed = |v: f32x4| (v * 256.0 + f32x4::splat(0.5)).trunc_int();
-        // The last column and row are reached from the pixel before, so that the neighbours exist.
+        // In the last column and row the pixel before is the first of the four, so that its neighbours exist.
         let last = |side: usize| i32x4::splat(side.saturating_sub(2) as i32);
         let whole = |v: i32x4, last: i32x4| (v >> 8_i32).min(last).max(i32x4::splat(0));
-        // In large pictures rounding may lead out by the last digit.
+        // In large images rounding may exceed the border by the last digit.
         let share = |v: i32x4, whole: i32x4| (v - (whole << 8_i32)).min(i32x4::splat(256));
         let (x, y) = (fixed(x), fixed(y));
         let (ix, iy) = (whole(x, last(width)), whole(y, last(height)));
@@ -66,17 +66,17 @@ impl Taps {
 }
 
 impl Tap {
-    /// RGBA from the lowest byte up, rounded and opaque: first down, both columns at once, then across.
+    /// RGBA from the lowest byte up, rounded and opaque: interpolated vertically, both columns at once, then horizontally.
     #[inline(always)]
     pub fn colour(&self, image: &ImageView<'_>) -> u32 {
         // From the first of the four pixels to the last.
         let pixels = image.pixels().get(self.index..self.index + image.width() + 2).unwrap_or_default();
         let (Some(top), Some(bottom)) = (pixels.first_chunk(), pixels.last_chunk()) else {
-            return 0; // never, as the place lies inside
+            return 0; // never, as the position lies inside
         };
         let (top, bottom) = (channels(top), channels(bottom));
         let columns = (top << 8_u16) + (bottom - top) * u16x8::splat(self.lower as u16);
-        // Multiplied and added in pairs they have a sign, so they are shifted by 2¹⁵, which the shares make 2²³.
+        // The pairwise product is of signed numbers, so these are shifted by 2¹⁵, which the weights make 2²³.
         let [r, g, b, a, right_r, right_g, right_b, right_a] = bytemuck::cast(columns ^ u16x8::splat(1 << 15));
         let pairs = i16x8::new([r, right_r, g, right_g, b, right_b, a, right_a]);
         let shares: i16x8 = bytemuck::cast(i32x4::splat(self.across));

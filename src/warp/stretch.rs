@@ -5,10 +5,10 @@ use wide::{CmpEq, CmpGt, f32x4, i32x4};
 use super::grid::{INVALID, PIXEL, VertexGrid};
 use crate::lanes::LANES;
 
-/// How long a cell's sides may be. (The paper's text and the authors' program agree that either one makes a void; its
-/// algorithm 2 asks for both.)
+/// How long a cell's sides may be. (By the paper's text and the authors' program either the horizontal or the vertical side
+/// makes a void; its algorithm 2 asks for both.)
 pub(super) struct StretchLimit {
-    /// Longest mean horizontal and mean vertical side, in fixed point.
+    /// Limits of the mean of a cell's two horizontal and of its two vertical sides, in fixed point.
     longest: [f32; 2],
 }
 
@@ -23,7 +23,7 @@ impl StretchLimit {
     pub fn exceeded(&self, &[a, b, c, d]: &[[i32x4; 2]; 4]) -> i32x4 {
         let [top, right, bottom, left] = [square(a, b), square(b, c), square(c, d), square(a, d)];
         let [h, v] = self.longest.map(f32x4::splat);
-        // Nearly all cells pass without a root.
+        // Nearly all cells pass without square roots.
         if (top.fast_max(bottom).cmp_gt(h * h) | left.fast_max(right).cmp_gt(v * v)).move_mask() == 0 {
             return i32x4::ZERO;
         }
@@ -39,7 +39,7 @@ fn square(p: [i32x4; 2], q: [i32x4; 2]) -> f32x4 {
     x * x + y * y
 }
 
-/// Mean upper and mean left side of all valid cells, in fixed point: the other two are those of the cells beyond.
+/// Mean upper and mean left side of all valid cells, in fixed point: the lower and right ones are those of their neighbours.
 fn average(grid: &VertexGrid) -> [f64; 2] {
     let (mut sum, mut cells) = ([0.0; 2], 0u64);
     for (above, below) in grid.cell_rows() {

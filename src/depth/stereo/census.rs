@@ -120,7 +120,6 @@ impl<'a> CostRows<'a> {
     }
 
     /// The costs of the next row.
-    #[inline(never)]
     pub fn next(&mut self, out: &mut [Costs]) {
         let from = self.search.from;
         let y = self.next;
@@ -163,7 +162,6 @@ impl<'a> CostRows<'a> {
     }
 
     /// Samples the other photo at the labels of the next row.
-    #[inline(never)]
     pub fn sample_row(&mut self) {
         let search = self.search;
         let y = self.ahead;
@@ -202,7 +200,6 @@ impl<'a> CostRows<'a> {
 
     /// How many of the 48 neighbours are darker than the middle in one window and not in the other: of 16 pixels, for every
     /// label.
-    #[inline(never)]
     fn census(&self, from: &[&[u8]; ROWS], slots: &[usize; ROWS], first: usize, out: &mut [u8x16; BYTE_LANES]) {
         let stride = self.search.from.stride;
         let mut darker = [[i8x16::splat(0); ROWS]; ROWS];

@@ -21,7 +21,6 @@ pub(super) const INSIDE: u8 = 1;
 pub(super) const CONSISTENT: u8 = 255;
 
 /// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`].
-#[inline(never)]
 pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
     let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;

@@ -20,7 +20,6 @@ struct Layer {
 
 /// The shifts, those that are not reliable replaced by a membrane (a discrete Poisson equation, solved from coarse to fine)
 /// that is fixed at the reliable ones, torn where the prior has an edge, and drawn to zero over `reach` pixels.
-#[inline(never)]
 pub(super) fn extrapolated(
     lines: &EpipolarLines<'_>,
     shifts: &[f32],
@@ -67,7 +66,6 @@ fn copy<T: Copy>(values: &[T]) -> Result<Vec<T>> {
 }
 
 impl Layer {
-    #[inline(never)]
     fn link(&mut self, guide: &[f32], edge: f32, fade: f32) -> Result<()> {
         let (w, inverse) = (self.width, 1.0 / (edge * edge));
         self.links = zeroed(guide.len())?;
@@ -136,7 +134,6 @@ impl Layer {
     }
 
     /// One sweep of Gauss–Seidel down, one up.
-    #[inline(never)]
     fn relax(&mut self) {
         let (w, n) = (self.width, self.shift.len());
         for i in 0..2 * n {

@@ -121,7 +121,6 @@ impl Pass {
 
     /// Extends four paths by a row: from the pixel beside and from the three of the row before. `sums` gets the sums of
     /// two paths each.
-    #[inline(never)]
     fn row(
         &mut self,
         search: &Search<'_>,
@@ -224,7 +223,6 @@ const ORDER: [u16; 16] = {
 };
 
 /// The best labels of row `y`, as pixels along the epipolar line, from the sums of the paths from above and from below.
-#[inline(never)]
 fn decide(search: &Search<'_>, y: usize, above: &[[u8x16; 2]], below: &[[u8x16; 2]], best: &mut [f32]) {
     let middle = &search.middle[y * search.from.width..];
     for (((best, &middle), &[a, b]), &[c, d]) in best.iter_mut().zip(middle).zip(above).zip(below) {

@@ -30,7 +30,6 @@ const PLANES: usize = 4;
 /// Refines the shifts of all pixels by one Gauss–Newton step: they are the middle labels of `search`, of which the first and
 /// the last are [`SPAN`] pixels apart. It minimises the squared differences of the windows around them, but for an offset of
 /// brightness. A neighbour counts by how near its own shift is.
-#[inline(never)]
 pub(super) fn refine_subpixel(search: &Search<'_>, shifts: &mut [f32], reliable: &[u8]) -> Result<()> {
     let (width, height) = (search.from.width, search.from.height);
     let stride = width.next_multiple_of(LANES) + 2 * LANES;
@@ -65,7 +64,6 @@ pub(super) fn refine_subpixel(search: &Search<'_>, shifts: &mut [f32], reliable:
 }
 
 /// The changes of the shifts of pixels next to each other; their windows start at the first value.
-#[inline(never)]
 fn steps(data: &[f32], stride: usize, damping: f32) -> f32x4 {
     let load = |dx: usize, dy: usize, plane: usize| {
         let from = (dy * PLANES + plane) * stride + dx;
