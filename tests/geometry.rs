@@ -30,7 +30,7 @@ fn poses() -> impl Strategy<Value = ([f64; 3], [f64; 3], f64, u64)> {
     )
 }
 
-/// The model that nothing restricts.
+/// Free models only.
 fn free() -> EstimateOptions {
     EstimateOptions { calibration: Calibration::Off, ..Default::default() }
 }
@@ -60,7 +60,7 @@ fn recovers_exact_matches() {
 }
 
 #[test]
-fn bears_noise_and_wrong_matches() {
+fn recovers_noisy_matches_with_outliers() {
     runner(24)
         .run(&(poses(), 0.0..0.4), |((angles, translation, focal, seed), wrong)| {
             let exact = Scene::new(angles, translation, focal, cloud, seed);
@@ -82,7 +82,7 @@ fn bears_noise_and_wrong_matches() {
 }
 
 #[test]
-fn seed_decides_little_and_repeats() {
+fn results_hardly_depend_on_the_seed_and_repeat() {
     let scene = Scene::new([0.03, -0.02, 0.05], [0.3, -0.15, 0.1], 400.0, cloud, 5).disturbed(0.4, 0.3, 6);
     let with = |seed| scene.fit(&EstimateOptions { seed, ..Default::default() }).unwrap();
     assert_eq!(with(1), with(1));
@@ -289,17 +289,31 @@ fn different_scenes_do_not_agree() {
     }
 }
 
+/// Three layers, one after the other.
+fn layers(x: f64, _: f64, _: &mut Noise) -> f64 {
+    if x < 110.0 {
+        0.15
+    } else if x < 210.0 {
+        0.3
+    } else {
+        0.45
+    }
+}
+
 #[test]
-fn one_homography_cannot_follow_parallax_but_several_can() {
-    let layers: Surface = |x, _, _| {
-        if x < 110.0 {
-            0.15
-        } else if x < 210.0 {
-            0.3
-        } else {
-            0.45
-        }
-    };
+fn depth_that_contradicts_the_parallax_is_reported() {
+    let scene = Scene::new([0.01, 0.02, -0.01], [0.4, 0.1, 0.0], 400.0, layers, 41).disturbed(0.2, 0.1, 42);
+    let mut noise = Noise(7);
+    let mut random = || -> Vec<f32> { (0..WIDTH * HEIGHT).map(|_| 0.3 + 0.2 * noise.even() as f32).collect() };
+    let constant = |value: f32| [vec![value; WIDTH * HEIGHT], vec![value; WIDTH * HEIGHT]];
+    for [target, reference] in [[random(), random()], constant(0.0), constant(0.5)] {
+        let found = fit(&scene.matches, Some([&target, &reference]), &EstimateOptions::default()).unwrap();
+        assert_eq!((found.kind, codes(&found)[0]), (ModelKind::Homography, "depth-inconsistent"));
+    }
+}
+
+#[test]
+fn parallax_takes_several_homographies() {
     let scene = Scene::new([0.01, 0.02, -0.01], [0.4, 0.1, 0.0], 400.0, layers, 41).disturbed(0.2, 0.1, 42);
     let count = |robust_fit| {
         let found = scene.fit(&EstimateOptions { robust_fit, ..Default::default() }).unwrap();
@@ -335,7 +349,7 @@ fn refuses_options_out_of_range() {
 }
 
 #[test]
-fn stops_when_told() {
+fn stops_on_request() {
     struct Impatient(u32);
     impl Observer for Impatient {
         fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
@@ -379,5 +393,5 @@ fn same_bits_natively_and_in_wasm() {
             }
         }
     }
-    assert_eq!(fingerprint(bits), 169_091_874_656_787_294);
+    assert_eq!(fingerprint(bits), 8_268_775_086_628_729_145);
 }

@@ -249,9 +249,9 @@ fn depth_maps_that_say_little_or_nothing() {
         (60, 40),
     );
     check(vec![
-        row("target depth constant", target(&|_, _, _| 1.0), Warned(Homography, "parallax-unobservable")),
-        row("both depths constant", both(&|_, _, _| 1.0), Warned(Homography, "parallax-unobservable")),
-        row("both depths zero", both(&|_, _, _| 0.0), Warned(Homography, "parallax-unobservable")),
+        row("target depth constant", target(&|_, _, _| 1.0), Warned(Homography, "depth-inconsistent")),
+        row("both depths constant", both(&|_, _, _| 1.0), Warned(Homography, "depth-inconsistent")),
+        row("both depths zero", both(&|_, _, _| 0.0), Warned(Homography, "depth-inconsistent")),
         row("target depth all holes", target(&|_, _, _| f32::NAN), Warned(Homography, "depth-unusable")),
         row("both depths all holes", both(&|_, _, _| f32::INFINITY), Warned(Homography, "depth-unusable")),
         row(

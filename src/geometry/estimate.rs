@@ -44,7 +44,7 @@ pub fn estimate(
         Err(warning) => DepthFit::Unusable(warning),
     };
     if let DepthFit::Found(found) = with_depth {
-        return Ok(found);
+        return Ok(*found);
     }
     usable.iter_mut().for_each(|m| m.depths = [0.0; 2]);
     let mut fit = Fit::new(&usable, options);
@@ -66,7 +66,7 @@ pub fn estimate(
 
 /// What comes of the depth maps.
 enum DepthFit {
-    Found(Estimate),
+    Found(Box<Estimate>),
     /// A homography explains the matches as well as depth does.
     NoParallax,
     /// Too few matches agree with the depth.
@@ -118,7 +118,7 @@ fn fit_depth(
         }
         _ => fit.summary(passed, &free, models, ModelKind::Depth)?,
     };
-    Ok(DepthFit::Found(Estimate { comparison, ..found }))
+    Ok(DepthFit::Found(Box::new(Estimate { comparison, ..found })))
 }
 
 fn prefers_calibrated(comparison: &Comparison, calibration: Calibration) -> bool {
