@@ -52,7 +52,10 @@ export async function timeStages(
 }
 
 /** What `stitch` is given besides the photos. */
-export function inputs({ matches, targetDepth, referenceDepth }: Pair, method: Method): StitchOptions {
+export function inputs(
+  { matches, targetDepth, referenceDepth }: Pair,
+  method: Method,
+): StitchOptions {
   switch (method) {
     case "paper":
       return { mode: "paper", matches, targetDepth, referenceDepth };

@@ -51,7 +51,7 @@ async function measure({ times, mode }) {
   const measured = core.call((raw) => raw.peakMemory());
   // What is predicted is in the refusal; once the canvas is known there may be another one.
   let predicted = 0;
-  for (let maxBytes = 1; maxBytes !== predicted; ) {
+  for (let maxBytes = 1; maxBytes !== predicted;) {
     maxBytes = Math.max(1, predicted);
     try {
       await stitch(...photos, { ...options, maxBytes, worker: false });
@@ -86,12 +86,16 @@ if (isMainThread) {
   }
 
   test("a refused job takes no memory", async () => {
-    const { target, reference } = await sample();
+    const { target, reference, inputs } = await sample();
     const photos = /** @type {const} */ ([enlarged(target, 7), enlarged(reference, 7)]);
+    await stitch(target, reference, { ...inputs, worker: false });
     const before = core.call((raw) => raw.peakMemory());
     const error = await rejection(stitch(...photos, { maxBytes: 27 * 2 ** 20, worker: false }));
     assert.equal(error.code, "too-large");
-    assert.equal(core.call((raw) => raw.peakMemory()), before);
+    assert.equal(
+      core.call((raw) => raw.peakMemory()),
+      before,
+    );
   });
 } else {
   parentPort?.postMessage(await measure(workerData));
