@@ -39,6 +39,8 @@ fn pixels((width, height): Size) -> u64 {
 
 /// What is there before any stage: static data and stack of the wasm module.
 const MODULE: u64 = if cfg!(target_arch = "wasm32") { 1_200_000 } else { 0 };
+/// What the allocator of wasm takes beyond what is in use, as free blocks are too small for the next one: per cent.
+const FRAGMENTATION: u64 = if cfg!(target_arch = "wasm32") { 10 } else { 0 };
 /// An RGBA photo, and a map of `f32`.
 const RGBA: u64 = 4;
 const MAP: u64 = 4;
@@ -99,7 +101,8 @@ impl<'a> Memory<'a> {
             (Stage::Fill, self.fill(pixels(canvas))),
         ];
         let (stage, bytes) = stages.into_iter().fold((Stage::Input, 0), |a, b| if b.1 > a.1 { b } else { a });
-        (stage, bytes.saturating_add(held))
+        let bytes = bytes.saturating_add(held);
+        (stage, bytes.saturating_add(bytes / 100 * FRAGMENTATION))
     }
 
     /// Refuses the job when it would take more than [`max_bytes`](crate::warp::WarpOptions::max_bytes) with this canvas.
@@ -229,7 +232,7 @@ impl<'a> Memory<'a> {
 ///
 /// # Errors
 /// `too-large`, for the larger photo.
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", feature = "core"))]
 pub(crate) fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
     let [target, reference] = photos;
     let larger = if pixels(target) > pixels(reference) { target } else { reference };

@@ -16,8 +16,8 @@ const CONSISTENT_SHARE: f64 = 0.5;
 /// Their threshold, as a multiple of the first direction's: the reverse model is fitted to inliers of the forward one.
 const REVERSE_TOLERANCE: f64 = 3.0;
 
-/// Fits the models to the matches: with the depth maps of the views where they fit the matches, otherwise with one of
-/// them, otherwise with depth from the matches themselves.
+/// Fits the models to the matches: with the depth maps of the views where they fit the matches,
+/// otherwise with depth from the matches themselves.
 pub(super) fn fit_models<'a>(
     matches: &[Match],
     views: [View<'a>; 2],

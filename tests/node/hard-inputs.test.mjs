@@ -318,23 +318,26 @@ test("wrong numbers among good matches change nothing", async () => {
   assert.ok(found.inliers.every((inlier, i) => i % 2 === 1 || inlier === 0));
 });
 
-test("uninformative depth maps result in a homography with a warning", async () => {
+test("uninformative depth maps are ignored with a warning", async () => {
   const pixels = width * height;
   const constant = { data: new Float32Array(pixels).fill(2), ...size, kind: "metric" };
   const holes = { data: new Uint8Array(pixels), ...size, kind: "inverse", invalid: 0 };
-  for (const [targetDepth, referenceDepth, code] of /** @type {const} */ ([
-    [constant, constant, "parallax-unobservable"],
-    [holes, holes, "depth-unusable"],
-    [holes, inputs.referenceDepth, "depth-unusable"],
-    [inputs.targetDepth, undefined, "no-depth"],
-    [undefined, inputs.referenceDepth, "no-depth"],
+  for (const [targetDepth, referenceDepth, withoutDepth, code, model] of /** @type {const} */ ([
+    [constant, constant, "two-view", "depth-inconsistent", "two-view"],
+    [holes, holes, "two-view", "depth-unusable", "two-view"],
+    [holes, inputs.referenceDepth, "two-view", "depth-unusable", "two-view"],
+    [holes, holes, "homography", "depth-unusable", "homography"],
+    [inputs.targetDepth, undefined, "homography", "no-depth", "homography"],
+    [undefined, inputs.referenceDepth, "homography", "no-depth", "homography"],
   ])) {
-    const withoutDepth = code === "no-depth" ? "homography" : "two-view";
-    const options = any({ ...inputs, targetDepth, referenceDepth, withoutDepth });
-    const { report } = await stitch(target, reference, options);
-    assert.equal(report.model, "homography", code);
+    const depths = { targetDepth, referenceDepth, outputDepth: true };
+    const options = any({ ...inputs, ...depths, withoutDepth });
+    const found = await stitch(target, reference, options);
+    assert.equal(found.report.model, model, code);
+    assert.equal(found.targetDepth !== undefined, model === "two-view");
+    assert.equal(found.referenceDepth !== undefined, model === "two-view");
     assert.ok(
-      report.warnings.some((warning) => warning.code === code),
+      found.report.warnings.some((warning) => warning.code === code),
       code,
     );
   }

@@ -86,8 +86,9 @@ if (isMainThread) {
   }
 
   test("a refused job takes no memory", async () => {
-    const { target, reference } = await sample();
+    const { target, reference, inputs } = await sample();
     const photos = /** @type {const} */ ([enlarged(target, 7), enlarged(reference, 7)]);
+    await stitch(target, reference, { ...inputs, worker: false });
     const before = core.call((raw) => raw.peakMemory());
     const error = await rejection(stitch(...photos, { maxBytes: 27 * 2 ** 20, worker: false }));
     assert.equal(error.code, "too-large");
