@@ -23,12 +23,12 @@ const FRAME: Rect = Rect { x: 100, y: 0, width: 300, height: 400 };
 
 fn mask(of: impl Fn(usize, usize) -> u8) -> Mask {
     let (width, height) = CANVAS;
-    Mask { data: (0..width * height).map(|i| of(i % width, i / width)).collect(), width, height }
+    Mask::new((0..width * height).map(|i| of(i % width, i / width)).collect(), width, height).unwrap()
 }
 
 fn picture(of: impl Fn(usize, usize) -> [u8; 4]) -> Image {
     let (width, height) = CANVAS;
-    Image { data: (0..width * height).flat_map(|i| of(i % width, i / width)).collect(), width, height }
+    Image::new((0..width * height).flat_map(|i| of(i % width, i / width)).collect(), width, height).unwrap()
 }
 
 /// A target whose footprint is the columns up to 250, valid where `shown`.
@@ -236,7 +236,7 @@ fn all_measures_of_one_mosaic() {
     let crop = |left: usize, width: usize| {
         let all = picture(stripes);
         let data = all.data().chunks(4 * 400).flat_map(|row| row[4 * left..4 * (left + width)].to_vec()).collect();
-        Image { data, width, height: 400 }
+        Image::new(data, width, 400).unwrap()
     };
     let (target, reference) = (crop(0, 250), crop(100, 300));
     let warped = Warped { image: picture(|x, y| if x < 250 { stripes(x, y) } else { [0; 4] }), ..warped(|_, _| true) };
@@ -256,7 +256,7 @@ fn all_measures_of_one_mosaic() {
     assert_eq!(seen.broken_lines.inside.broken, 0);
     assert!(seen.bending.unwrap() < 1e-6);
 
-    let small = Mosaic { seam: Mask { data: vec![0; 4], width: 2, height: 2 }, ..mosaic.clone() };
+    let small = Mosaic { seam: Mask::new(vec![0; 4], 2, 2).unwrap(), ..mosaic.clone() };
     let error = appearance(view, reference.view(), &model, &warped, &small).unwrap_err();
     assert!(matches!(*error, Error::SizeMismatch { name: "seam", .. }), "{error}");
     let parallax = Model { e: Vector3::new(1.0, 0.0, 0.0), ..model };
