@@ -63,5 +63,5 @@ fn run(folder: &Path, out: &Path, runs: usize) {
 
 fn write(path: &Path, image: &Image) {
     let size = (image.width() as u32, image.height() as u32);
-    image::save_buffer(path, &image.data(), size.0, size.1, image::ColorType::Rgba8).expect("written");
+    image::save_buffer(path, image.data(), size.0, size.1, image::ColorType::Rgba8).expect("written");
 }

@@ -1,4 +1,4 @@
-//! PNG and JPEG files to pictures and back, where the platform's own codecs will not do: 16-bit depth maps, and Node.
+//! PNG and JPEG files to images and back, where the platform's own codecs will not do: 16-bit depth maps, and Node.
 //!
 //! Sizes are read from the header and checked before any pixel is decoded.
 
@@ -10,6 +10,7 @@ use image::metadata::Orientation;
 use image::{ColorType, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, Limits};
 
 use crate::image::{check_len, reserve, zeroed};
+use crate::luma::rec709;
 use crate::{Error, Image, ImageView, Result};
 
 /// One channel, in the bit depth of the file.
@@ -59,12 +60,12 @@ pub fn decode_depth(bytes: &[u8], max_pixels: u64) -> Result<Gray> {
     let samples = if raw.sixteen() {
         let mut data = Vec::new();
         reserve(&mut data, width * height)?;
-        data.extend(raw.upright_indices().map(|i| luma(raw.rgba(i))));
+        data.extend(raw.upright_indices().map(|i| rec709(raw.rgba(i))));
         Samples::Sixteen(data)
     } else {
         let mut data = Vec::new();
         reserve(&mut data, width * height)?;
-        data.extend(raw.upright_indices().map(|i| to_eight(luma(raw.rgba(i)))));
+        data.extend(raw.upright_indices().map(|i| to_eight(rec709(raw.rgba(i)))));
         Samples::Eight(data)
     };
     Ok(Gray { samples, width, height })
@@ -172,7 +173,7 @@ impl Raw {
         let (width, height) = decoder.dimensions();
         check_size((width, height))?;
         if bytes.starts_with(b"\xff\xd8") && !jpeg_is_complete(bytes) {
-            // The decoder paints what is missing gray, and says nothing.
+            // The decoder silently fills the missing part with gray.
             return Err(failed("the JPEG file ends before its picture does".into()));
         }
         let orientation = decoder.orientation().map_err(broken)?;
@@ -239,10 +240,6 @@ impl Raw {
 
 fn to_eight(value: u16) -> u8 {
     ((u32::from(value) + 128) / 257) as u8
-}
-
-fn luma([r, g, b, _]: [u16; 4]) -> u16 {
-    ((2126 * u32::from(r) + 7152 * u32::from(g) + 722 * u32::from(b) + 5000) / 10_000) as u16
 }
 
 /// Width and height in the header of a PNG.

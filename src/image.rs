@@ -182,7 +182,6 @@ fn area(name: &'static str, width: usize, height: usize) -> Result<usize> {
 }
 
 /// How many are not 0.
-#[inline(never)]
 pub(crate) fn marked(marks: &[u8]) -> usize {
     marks.iter().filter(|&&mark| mark != 0).count()
 }
@@ -374,6 +373,14 @@ pub(crate) fn filled<T: Clone>(len: usize, value: T) -> Result<Vec<T>> {
     reserve(&mut v, len)?;
     v.resize(len, value);
     Ok(v)
+}
+
+/// The numbers 0 to `len` − 1, refusing instead of aborting when memory is out.
+pub(crate) fn indices(len: usize) -> Result<Vec<u32>> {
+    let mut all = Vec::new();
+    reserve(&mut all, len)?;
+    all.extend(0..len as u32);
+    Ok(all)
 }
 
 /// Reserves room for `len` more values, refusing instead of aborting when memory is out.

@@ -1,10 +1,10 @@
-//! How a long call tells its caller where it is, and learns that it should stop.
+//! Progress reports and cancellation of long calls.
 
 use crate::{Error, Result, Stage};
 
-/// Follows a call through its stages. The unit type `()` follows nothing.
+/// Receives progress and can cancel a call. The unit type `()` ignores progress and never cancels.
 pub trait Observer {
-    /// Called with the stage and how much of it is done, 0 to 1. Returning `false` stops the call with
+    /// Called with the current stage and the completed fraction of it, 0 to 1. Returning `false` stops the call with
     /// [`Error::Aborted`].
     fn progress(&mut self, _stage: Stage, _fraction: f32) -> bool {
         true

@@ -1,4 +1,7 @@
-//! Gaussian smoothing of a picture that grows row by row, of which only the last rows are kept.
+//! Gaussian smoothing of an image that grows row by row, of which only the last rows are stored.
+//!
+//! A WebAssembly engine replaces a function's first, slow code when the function is called again, never in the middle of a
+//! call. So the body of a loop that runs for a whole photo is a function of its own, kept so by `#[inline(never)]`.
 
 use wide::f32x4;
 
@@ -35,7 +38,6 @@ impl Kernel {
     }
 
     /// A Gaussian of this variance, cut off at `radius`, at most 10; and what variance that leaves.
-    #[inline(never)]
     pub fn bell(variance: f64, radius: usize) -> (Self, f64) {
         let mut bell = [0.0; MOST + 1];
         let mut moments = [0.0; 2];
@@ -79,7 +81,6 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    #[inline(never)]
     pub fn new(width: usize, capacity: usize) -> Result<Self> {
         let blocks = width.div_ceil(BLOCK);
         Ok(Self { data: zeroed(blocks * capacity)?, blocks, capacity, rows: 0 })
@@ -89,7 +90,6 @@ impl Window {
         y % self.capacity * self.blocks
     }
 
-    #[inline(never)]
     pub fn blocks(&self, y: usize) -> &[Block] {
         &self.data[self.start(y)..][..self.blocks]
     }
@@ -125,7 +125,7 @@ impl Smoother {
     }
 
     /// Appends the smoothed next row of `from` to `to`. The window must reach `kernel.radius` rows either side of it.
-    #[inline(never)]
+    #[inline(never)] // see `crate::rows`
     pub fn append(&mut self, from: &Window, kernel: &Kernel, to: &mut Window) {
         let y = to.rows as isize;
         let row = |y: isize| from.row(self.mirror.index(y, self.height));
@@ -156,7 +156,6 @@ impl Smoother {
 }
 
 /// The weighted sum of rows: the middle one, and one on either side for every tap.
-#[inline(never)]
 fn weigh(middle: &[f32], sides: &[(&[f32], &[f32]); MOST], kernel: &Kernel, out: &mut [Block]) {
     let [first, weights @ ..] = &kernel.weights;
     let taps = kernel.radius.min(MOST);

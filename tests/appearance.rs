@@ -13,7 +13,7 @@ use depthstitch::image::DepthKind;
 use depthstitch::metrics::{LineBreaks, appearance, bending, broken_lines, seam_shape, visible_steps, voids};
 use depthstitch::mosaic::Mosaic;
 use depthstitch::warp::Warped;
-use depthstitch::{Error, Image, InverseDepth, Mask, View};
+use depthstitch::{Error, Image, InverseDepth, Mask, Rect, View};
 use nalgebra::{Matrix3, Vector3};
 use scene::Random;
 

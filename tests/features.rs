@@ -103,19 +103,25 @@ fn large_photos_are_searched_at_a_limited_size_and_places_scaled_back() {
     assert!((scales(&limited) / scales(&small) - 3.0).abs() < 0.3);
 }
 
-fn order(k: &Keypoint) -> [f32; 4] {
-    [k.y, k.x, k.scale, k.angle]
+/// Where each feature stands when they are ordered by place.
+fn by_place(features: &Features) -> Vec<usize> {
+    let key = |k: &Keypoint| [k.y, k.x, k.scale, k.angle];
+    let mut order: Vec<usize> = (0..features.keypoints.len()).collect();
+    order.sort_by(|&a, &b| key(&features.keypoints[a]).partial_cmp(&key(&features.keypoints[b])).unwrap());
+    assert!(order.windows(2).all(|w| key(&features.keypoints[w[0]]) < key(&features.keypoints[w[1]])));
+    order
 }
 
 #[test]
-fn features_are_sorted_unique_and_the_same_every_time() {
+fn features_are_strongest_first_unique_and_the_same_every_time() {
     let image = plain(&speckle());
     for root in [true, false] {
         let options = DetectOptions { root, ..Default::default() };
         let features = found(&image, &options);
         assert_eq!(features, found(&image, &options));
         assert_eq!(features.keypoints.len(), features.descriptors.len());
-        assert!(features.keypoints.windows(2).all(|w| order(&w[0]) < order(&w[1])));
+        assert!(features.keypoints.is_sorted_by(|a, b| a.response >= b.response));
+        assert_eq!(by_place(&features).len(), features.keypoints.len());
         assert!(features.keypoints.iter().all(|k| (0.0..2.0 * std::f32::consts::PI).contains(&k.angle)));
         for descriptor in &features.descriptors {
             let square: i32 = descriptor.iter().map(|&v| i32::from(v) * i32::from(v)).sum();
@@ -133,13 +139,17 @@ fn features_are_the_same_bytes_on_every_machine() {
     let [target, reference] = [&photos.target, &photos.reference].map(|photo| found(photo, &DetectOptions::default()));
     let pairs = match_features(&target, &reference, &MatchOptions::default(), &mut ()).unwrap();
     let mut values: Vec<u32> = Vec::new();
-    for features in [&target, &reference] {
-        for k in &features.keypoints {
+    let orders = [&target, &reference].map(by_place);
+    for (features, order) in [&target, &reference].into_iter().zip(&orders) {
+        for &i in order {
+            let k = &features.keypoints[i];
             values.extend([k.x, k.y, k.scale, k.angle, k.response].map(f32::to_bits));
         }
-        values.extend(features.descriptors.iter().flatten().map(|&v| u32::from(v)));
+        values.extend(order.iter().flat_map(|&i| features.descriptors[i]).map(u32::from));
     }
-    values.extend(pairs.iter().flat_map(|p| [p.target, p.reference]));
+    let [of_target, of_reference] =
+        orders.map(|order| move |index: u32| order.iter().position(|&i| i == index as usize).unwrap() as u32);
+    values.extend(pairs.iter().flat_map(|p| [of_target(p.target), of_reference(p.reference)]));
     let hash = fingerprint(values.into_iter().map(u64::from));
     assert_eq!(
         (target.keypoints.len(), reference.keypoints.len(), pairs.len(), hash),
@@ -187,6 +197,7 @@ fn too_many_keypoints_are_thinned_out_evenly() {
     let features =
         found(&image, &DetectOptions { max_keypoints: most, contrast_threshold: 0.005, ..Default::default() });
     let mut places: Vec<[u32; 2]> = features.keypoints.iter().map(|k| [k.x.to_bits(), k.y.to_bits()]).collect();
+    places.sort_unstable();
     places.dedup();
     assert!(places.len() <= most && places.len() > most * 3 / 4, "{}", places.len());
     let left = features.keypoints.iter().filter(|k| k.x < SIZE.0 as f32 / 2.0).count();
@@ -226,13 +237,21 @@ fn hard_photos_give_few_features_and_no_panic() {
 fn bad_options_are_named() {
     let image = Image::transparent(40, 40).unwrap();
     let code = |options: &DetectOptions| detect(image.view(), options, &mut ()).map_err(|e| e.to_string());
-    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.5] {
+    for bad in [-0.01, -1.0, f64::NAN, f64::INFINITY, 1.5] {
         let message = code(&DetectOptions { contrast_threshold: bad, ..Default::default() }).unwrap_err();
         assert!(message.contains("contrastThreshold"), "{message}");
     }
     for bad in [0.0, 0.5, f64::NAN, f64::INFINITY] {
         let message = code(&DetectOptions { edge_threshold: bad, ..Default::default() }).unwrap_err();
         assert!(message.contains("edgeThreshold"), "{message}");
+    }
+    for allowed in [
+        DetectOptions { contrast_threshold: 0.0, ..Default::default() },
+        DetectOptions { contrast_threshold: 0.0, adaptive: false, ..Default::default() },
+        DetectOptions { edge_threshold: 1e7, ..Default::default() },
+        DetectOptions { edge_threshold: f64::MAX, ..Default::default() },
+    ] {
+        assert!(code(&allowed).is_ok(), "{allowed:?}");
     }
     let error = detect(image.view(), &DetectOptions { max_bytes: 1000, ..Default::default() }, &mut ()).unwrap_err();
     assert_eq!(error.code(), "too-large");

@@ -6,6 +6,8 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 mod scene;
 mod speckle;
 
+use std::collections::HashSet;
+
 use depthstitch::InverseDepth;
 use depthstitch::features::{
     DetectOptions, Features, Guide, Keypoint, MatchOptions, Pair, match_features, match_guided, matches_of,
@@ -51,7 +53,15 @@ fn brute_force(target: &Features, reference: &Features, options: &MatchOptions) 
             })
         });
     }
-    pairs.into_iter().map(|(_, pair)| pair).collect()
+    let mut pairs: Vec<Pair> = pairs.into_iter().map(|(_, pair)| pair).collect();
+    pairs.sort_by(|a, b| {
+        let key = |pair: &Pair| {
+            let k = &target.keypoints[pair.target as usize];
+            [k.y, k.x, k.scale, k.angle]
+        };
+        key(a).partial_cmp(&key(b)).unwrap()
+    });
+    pairs
 }
 
 #[test]
@@ -73,6 +83,44 @@ fn matches_are_those_of_the_definition() {
         ] {
             let pairs = match_features(&target, &reference, &options, &mut ()).unwrap();
             assert_eq!(pairs, brute_force(&target, &reference, &options), "{n} {m} {options:?}");
+        }
+    }
+}
+
+/// The same features in another order.
+fn shuffled(features: &Features, seed: u64) -> Features {
+    let mut random = scene::Random::new(seed);
+    let mut order: Vec<(u64, usize)> =
+        (0..features.keypoints.len()).map(|i| ((1e15 * random.uniform()) as u64, i)).collect();
+    order.sort_unstable();
+    Features {
+        keypoints: order.iter().map(|&(_, i)| features.keypoints[i]).collect(),
+        descriptors: order.iter().map(|&(_, i)| features.descriptors[i]).collect(),
+        size: features.size,
+    }
+}
+
+#[test]
+fn the_order_of_the_features_makes_no_difference() {
+    let speckle = speckle();
+    let (h, inverse) = turn(0.3, 1.1);
+    let target = found(&plain(&speckle), &DetectOptions::default());
+    let reference = found(&speckle.draw(SIZE.0, SIZE.1, |x, y| through(&inverse, [x, y])), &DetectOptions::default());
+    // Some places have several orientations, which is where an order could matter.
+    let places = |f: &Features| f.keypoints.iter().map(|k| [k.x, k.y].map(f32::to_bits)).collect::<HashSet<_>>().len();
+    assert!(places(&target) < target.keypoints.len());
+    let forward = Model::homography(h);
+    let guide = Guide { forward: &forward, depth: None, range: [0.0, 0.0], band: 1.0, reach: 4.0 };
+    for options in [MatchOptions::default(), MatchOptions { ratio: 0.95, mutual: false, ..Default::default() }] {
+        let matches = |target: &Features, reference: &Features| {
+            let free = match_features(target, reference, &options, &mut ()).unwrap();
+            let guided = match_guided(target, reference, &guide, &options, &mut ()).unwrap();
+            [free, guided].map(|pairs| matches_of(target, reference, &pairs))
+        };
+        let expected = matches(&target, &reference);
+        assert!(expected.iter().all(|matches| matches.len() > 100));
+        for seed in 1..4 {
+            assert_eq!(matches(&shuffled(&target, seed), &shuffled(&reference, seed + 9)), expected);
         }
     }
 }

@@ -22,7 +22,7 @@ const wasmFeatures = [
 /**
  * @typedef {object} WasmModule
  * @property {string} name of the output files
- * @property {string[]} cargo which features
+ * @property {string} feature of the crate, whose bindings it holds
  * @property {string[]} opt wasm-opt's passes; speed was seen to by LLVM
  */
 
@@ -30,7 +30,7 @@ const wasmFeatures = [
 const modules = [
   {
     name: "depthstitch",
-    cargo: [],
+    feature: "wasm-core",
     opt: [
       "-Oz",
       "--converge",
@@ -46,41 +46,21 @@ const modules = [
   },
   {
     name: "codecs",
-    cargo: ["--no-default-features", "--features", "codecs"],
+    feature: "wasm-codecs",
     opt: ["-Oz"],
   },
 ];
 
-/**
- * What is shipped is downloaded: loops that count are written with lanes by hand, and LLVM is kept from doing the same
- * to all others. That and panics without the names of source files take a quarter off the core. The compiler is pinned
- * in rust-toolchain.toml, so that its unstable flags can be relied on.
- */
 const wasmEnv = {
   ...cargoEnv,
-  RUSTC_BOOTSTRAP: "1",
-  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: [
-    simd,
-    "-Cno-vectorize-loops",
-    "-Cno-vectorize-slp",
-    ...[
-      "inline-threshold=50",
-      "unroll-threshold=40",
-      "unroll-full-max-count=8",
-      "unroll-runtime=false",
-      "unroll-allow-partial=false",
-      "enable-pre=false",
-      "enable-load-pre=false",
-    ].map((option) => `-Cllvm-args=-${option}`),
-    "-Zlocation-detail=none",
-  ].join(" "),
+  CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: [simd, ...(process.env.WASM_FLAGS ?? "").split(" ")].join(" ").trim(),
 };
 
 /** The version of the wasm-bindgen crate, which its command line tool must have too. */
 function bindgenVersion() {
-  const manifest = readFileSync(join(root, "Cargo.toml"), "utf8");
-  const version = /^wasm-bindgen = "=([\d.]+)"$/m.exec(manifest)?.[1];
-  if (!version) throw new Error('Cargo.toml has no line wasm-bindgen = "=X.Y.Z"');
+  const lock = readFileSync(join(root, "Cargo.lock"), "utf8");
+  const version = /^name = "wasm-bindgen"\nversion = "([\d.]+)"$/m.exec(lock)?.[1];
+  if (!version) throw new Error("Cargo.lock has no wasm-bindgen");
   return version;
 }
 
@@ -128,11 +108,10 @@ function unlessFresh(name, inputs, outputs, make) {
 }
 
 /** @param {WasmModule} module */
-function buildWasm({ name, cargo, opt }) {
+function buildWasm({ name, feature, opt }) {
   const target = "wasm32-unknown-unknown";
-  run("cargo", ["build", "--profile", "wasm", "--lib", "--target", target, ...cargo], {
-    env: wasmEnv,
-  });
+  const what = ["--profile", "wasm", "--lib", "--target", target, "--features", feature];
+  run("cargo", ["build", ...what], { env: wasmEnv });
   const built = join(root, "target", target, "wasm", "depthstitch.wasm");
   const final = join(wasmDir, `${name}_bg.wasm`);
   const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];

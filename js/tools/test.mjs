@@ -17,7 +17,6 @@ const groups = {
 
 /** @param {string[]} args */
 function cargoTest(...args) {
-  // With the codecs, as the core is a default feature.
   run("cargo", ["test", "--features", "codecs", ...args], { env: cargoEnv });
 }
 

@@ -29,7 +29,6 @@ pub(super) fn angle(x: f32x4, y: f32x4) -> f32x4 {
 }
 
 /// Cosine and sine of an angle in [0, [`TURN`]], within 10⁻⁶.
-#[inline(never)]
 pub(super) fn cos_sin(angle: f32) -> (f32, f32) {
     const RADIANS: f64 = 2.0 * std::f64::consts::PI / TURN as f64;
     // Within a quarter turn of the half turn's middle the Taylor series converge fast.
@@ -48,7 +47,6 @@ pub(super) fn cos_sin(angle: f32) -> (f32, f32) {
 }
 
 /// out[i] = exp(−(first + i)²·falloff), by a recurrence that multiplies only.
-#[inline(never)]
 pub(super) fn bell(first: f32, falloff: f32, out: &mut [f32]) {
     let (first, falloff) = (f64::from(first), f64::from(falloff));
     let mut value = libm::exp(-first * first * falloff);

@@ -33,7 +33,7 @@ pub(super) fn describe(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f
     quantise(&gather(&corners), root)
 }
 
-#[inline(never)]
+#[inline(never)] // see `crate::rows`
 fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corners: &mut Corners) {
     let side = CELL * sigma;
     // A sample counts for a cell up to one cell's side from its centre.
@@ -111,7 +111,6 @@ fn split(coordinate: f32x4) -> (i32x4, f32x4) {
 }
 
 /// What each cell got from the four places around its centre.
-#[inline(never)]
 fn gather(corners: &Corners) -> [f32; LENGTH] {
     let mut cells = [0.0; LENGTH];
     for (index, value) in cells.iter_mut().enumerate() {
@@ -126,7 +125,6 @@ fn gather(corners: &Corners) -> [f32; LENGTH] {
 
 /// Bytes of the histograms or, if `root`, of their roots: R. Arandjelović and A. Zisserman, *Three things everyone should
 /// know to improve object retrieval*, CVPR 2012.
-#[inline(never)]
 fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
     let limit = CUT * norm(cells);
     let values = cells.map(|v| {
@@ -137,7 +135,6 @@ fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
     values.map(|v| (v * scale + 0.5) as u8)
 }
 
-#[inline(never)]
 fn norm(values: &[f32; LENGTH]) -> f32 {
     let (vectors, _) = values.as_chunks::<4>();
     let sums = vectors.iter().map(|&v| f32x4::from(v)).fold(f32x4::splat(0.0), |sum, v| sum + v * v);

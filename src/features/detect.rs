@@ -1,21 +1,20 @@
-//! From a photo to its features.
+//! SIFT detection: from a photo to its features.
 
 use super::approximation::TURN;
-use super::descriptor::{LENGTH, describe};
-use super::extrema::{Extremum, Limits};
+use super::descriptor::describe;
+use super::extrema::{Extremum, Limits, SCALES};
 use super::luma::luma;
 use super::orientation::orientations;
-use super::scale_space::{Builder, LEAST_SIDE, Levels, SCALES, SIGMA};
+use super::scale_space::{Builder, LEAST_SIDE, Levels, SIGMA};
 use super::selection::select;
 use super::{DetectOptions, Features, Keypoint};
-use crate::image::reserve;
+use crate::image::indices;
 use crate::observer::{Observer, report};
-use crate::sort::sorted;
 use crate::{Error, ImageView, Result, Stage};
 
-/// How far below the contrast threshold the search goes when there are too few keypoints.
-const DEPTH: f64 = 8.0;
-/// How many keypoints are enough.
+/// By which factor the contrast threshold may be lowered when there are too few keypoints.
+const ADAPTATION: f64 = 8.0;
+/// With this many keypoints the threshold is not lowered any further.
 const ENOUGH: usize = 4000;
 /// Keypoints described between two reports.
 const BATCH: usize = 2048;
@@ -38,7 +37,7 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
     let strong = (255.0 * options.contrast_threshold / SCALES as f64) as f32;
     let edge = options.edge_threshold;
     let limits = Limits {
-        contrast: if options.adaptive { strong / DEPTH as f32 } else { strong },
+        contrast: if options.adaptive { strong / ADAPTATION as f32 } else { strong },
         edge: ((edge + 1.0) * (edge + 1.0) / edge) as f32,
     };
     let mut builder = Builder::new(luma(image, size)?, options.upsample);
@@ -80,7 +79,7 @@ fn check(options: &DetectOptions) -> Result<()> {
     Ok(())
 }
 
-/// Refuses what would take too much memory.
+/// Refuses photos that would take more memory than allowed.
 fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
     let (w, h) = (size.0 as u64, size.1 as u64);
     let (width, height) = if options.upsample { (2 * w, 2 * h) } else { (w, h) };
@@ -139,19 +138,14 @@ fn describe_all(
     Ok(())
 }
 
-/// Sorts the features and drops repeated ones.
+/// Sorts the features, the strongest first, and drops repeated ones.
 fn arrange(features: &mut Features) -> Result<()> {
-    let Features { keypoints, descriptors, .. } = &*features;
-    let key = |i: u32| {
-        let k = &keypoints[i as usize];
-        [k.y, k.x, k.scale, k.angle]
-    };
-    let order = sorted(keypoints.len(), &|a, b| key(a) < key(b))?;
-    let (mut sorted_keypoints, mut sorted_descriptors): (Vec<Keypoint>, Vec<[u8; LENGTH]>) = Default::default();
-    reserve(&mut sorted_keypoints, order.len())?;
-    reserve(&mut sorted_descriptors, order.len())?;
-    sorted_keypoints.extend(order.iter().map(|&i| keypoints[i as usize]));
-    sorted_descriptors.extend(order.iter().map(|&i| descriptors[i as usize]));
-    (features.keypoints, features.descriptors) = (sorted_keypoints, sorted_descriptors);
+    let at = |i: u32| &features.keypoints[i as usize];
+    let mut order = indices(features.keypoints.len())?;
+    order.sort_unstable_by(|&a, &b| at(a).by_place(at(b)).then(a.cmp(&b)));
+    order.dedup_by(|a, b| at(*a).by_place(at(*b)).is_eq());
+    // Stable: keypoints of equal contrast stay in the order of their places.
+    order.sort_by(|&a, &b| at(b).response.total_cmp(&at(a).response));
+    *features = features.permuted(&order)?;
     Ok(())
 }

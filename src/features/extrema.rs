@@ -2,9 +2,10 @@
 
 use wide::{CmpGe, CmpGt, CmpLe, CmpLt, f32x4};
 
-use super::scale_space::SCALES;
 use crate::rows::Window;
 
+/// Scales per octave at which extrema are looked for (Lowe 2004, section 3.3).
+pub(super) const SCALES: usize = 3;
 /// Pixels at the border of an octave where no extremum is looked for.
 const BORDER: usize = 5;
 /// Rows above and below the one scanned that are looked at: how far a fit may move, and one more.
@@ -70,7 +71,7 @@ impl Scanner {
         }
     }
 
-    #[inline(never)]
+    #[inline(never)] // see `crate::rows`
     fn scan_row(&self, differences: &[Window], level: usize, limits: &Limits, found: &mut Vec<Extremum>) {
         let y = self.next;
         // The fit may raise the contrast of a sample.
@@ -113,7 +114,7 @@ impl Scanner {
     }
 
     /// Fits a quadric (M. Brown and D. Lowe, BMVC 2002), moving on while its extremum is nearer to another sample.
-    #[inline(never)]
+    #[inline(never)] // see `crate::rows`
     fn fit(&self, differences: &[Window], level: usize, x: usize, limits: &Limits) -> Option<Extremum> {
         let (mut level, mut x, mut y) = (level, x, self.next);
         for _ in 0..STEPS {

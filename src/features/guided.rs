@@ -1,4 +1,4 @@
-//! Matching again where a known geometry says that a keypoint must be.
+//! Guided matching: candidates are restricted to where a known geometry predicts the keypoint.
 
 use super::matching::{check, pairs};
 use super::nearest::{Nearest, squared_distance};
@@ -13,24 +13,25 @@ const CELL: f64 = 16.0;
 /// Target keypoints between two reports.
 const BATCH: usize = 2048;
 
-/// Where in the reference the point that a target pixel shows can be.
+/// Geometry that predicts where in the reference the point seen at a target pixel can be.
 #[derive(Debug, Clone, Copy)]
 pub struct Guide<'a> {
     /// Target to reference.
     pub forward: &'a Model,
-    /// The target's inverse depth, of the photo's size: the point is looked for around its image.
+    /// The target's inverse depth, of the photo's size: the search is centred on the place it predicts.
     pub depth: Option<&'a InverseDepth>,
-    /// Two inverse depths: where the map is missing or has a hole, the point is looked for between their images.
+    /// Least and largest inverse depth: where the map is missing or has a hole, the search runs between the two places they
+    /// predict.
     pub range: [f64; 2],
-    /// How far from the epipolar line it may be, in pixels of the reference.
+    /// Largest distance from the epipolar line, in pixels of the reference.
     pub band: f64,
-    /// How far along the epipolar line it may be from where its depth puts it, in pixels of the reference; in any
-    /// direction when the model has no parallax.
+    /// Largest distance along the epipolar line from the predicted place, in pixels of the reference; in any direction when
+    /// the model has no parallax.
     pub reach: f64,
 }
 
-/// As [`match_features`](super::match_features), but of the keypoints that the guide allows only. With few to choose
-/// from a larger `ratio` will do.
+/// As [`match_features`](super::match_features), but only among the keypoints that the guide allows. As these are few, a
+/// larger `ratio` will do.
 ///
 /// # Errors
 /// `invalid-argument` for options or a guide out of range, `size-mismatch` for features that lack descriptors or a depth
@@ -44,6 +45,8 @@ pub fn match_guided(
 ) -> Result<Vec<Pair>> {
     check(target, reference, options)?;
     guide.check(target)?;
+    let both = [target.ordered_by_place()?, reference.ordered_by_place()?];
+    let [(target, _), (reference, _)] = &both;
     let grid = Grid::new(reference)?;
     let mut of_target: Vec<Nearest> = defaults(target.keypoints.len())?;
     let mut of_reference: Vec<Nearest> = defaults(reference.keypoints.len())?;
@@ -63,7 +66,7 @@ pub fn match_guided(
         });
     }
     report(observer, Stage::Match, 1.0)?;
-    pairs([target, reference], [&of_target, &of_reference], options)
+    pairs(&both, [&of_target, &of_reference], options)
 }
 
 /// All points within `radius` of the way from `from` to `to`.

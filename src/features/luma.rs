@@ -1,17 +1,17 @@
-//! The grey picture features are found in.
+//! The gray image that features are detected on.
 
 use crate::image::{reserve, zeroed};
+use crate::luma::rec601;
 use crate::{ImageView, Result};
 
-/// Grey levels 0 to 255, row by row.
+/// Luma, 0 to 255, row by row.
 pub(super) struct Luma {
     pub data: Vec<f32>,
     pub width: usize,
     pub height: usize,
 }
 
-/// Rec. 601 luma at `size`, each value the mean over the photo's area that it covers. `size` is at most the photo's.
-#[inline(never)]
+/// Rec. 601 luma resampled to `size`, at most the photo's: each value is the mean over the area that it covers.
 pub(super) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
     let (width, height) = size;
     let mut data = Vec::new();
@@ -21,7 +21,8 @@ pub(super) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
     for y in 0..height {
         sums.fill(0.0);
         for (row, weight) in covered(y, height, image.height()) {
-            grey(&image.pixels()[row * image.width()..][..image.width()], &mut line);
+            let pixels = &image.pixels()[row * image.width()..][..image.width()];
+            line.iter_mut().zip(pixels).for_each(|(luma, &pixel)| *luma = rec601(pixel));
             for (sum, value) in sums.iter_mut().zip(&line) {
                 *sum += weight * value;
             }
@@ -35,12 +36,6 @@ pub(super) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
         }
     }
     Ok(Luma { data, width, height })
-}
-
-fn grey(pixels: &[[u8; 4]], out: &mut [f32]) {
-    for (out, &[r, g, b, _]) in out.iter_mut().zip(pixels) {
-        *out = 0.299 * f32::from(r) + 0.587 * f32::from(g) + 0.114 * f32::from(b);
-    }
 }
 
 /// The indices of `from` values under value `i` of `to`, and the share of each.

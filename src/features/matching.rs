@@ -1,4 +1,4 @@
-//! Which keypoints of two photos belong together.
+//! Matching the keypoints of two photos by their descriptors.
 
 use super::descriptor::SCALE;
 use super::nearest::{Nearest, nearest};
@@ -9,7 +9,8 @@ use crate::observer::{Observer, report};
 use crate::{Error, Result, Stage};
 
 /// Pairs of keypoints whose descriptors are nearest to each other, and clearly nearer than the second nearest of the
-/// reference (Lowe 2004, section 7.1). No two share a place in either photo. Sorted by the target's index.
+/// reference (Lowe 2004, section 7.1). No two share a place in either photo. Sorted by the place in the target (y, x, scale,
+/// angle), whatever order the features have.
 ///
 /// # Errors
 /// `invalid-argument` for options out of range, `size-mismatch` for features that lack descriptors, `out-of-memory`, `aborted`.
@@ -21,9 +22,10 @@ pub fn match_features(
 ) -> Result<Vec<Pair>> {
     check(target, reference, options)?;
     report(observer, Stage::Match, 0.0)?;
-    let [of_target, of_reference] = nearest(&target.descriptors, &reference.descriptors, observer)?;
+    let both = [target.ordered_by_place()?, reference.ordered_by_place()?];
+    let [of_target, of_reference] = nearest(&both[0].0.descriptors, &both[1].0.descriptors, observer)?;
     report(observer, Stage::Match, 1.0)?;
-    pairs([target, reference], [&of_target, &of_reference], options)
+    pairs(&both, [&of_target, &of_reference], options)
 }
 
 pub(super) fn check(target: &Features, reference: &Features, options: &MatchOptions) -> Result<()> {
@@ -45,10 +47,11 @@ pub(super) fn check(target: &Features, reference: &Features, options: &MatchOpti
     Ok(())
 }
 
-/// The pairs that pass the tests. Of those that share a place, which happens as a place may have several directions, the
-/// nearest is kept.
+/// The pairs that pass ratio, distance and mutual test, given the nearest neighbours of target and reference, both ordered by place (with the indices
+/// before that, which the pairs get). Of those that share a place, which happens as a place may have several
+/// orientations, the nearest is kept.
 pub(super) fn pairs(
-    [target, reference]: [&Features; 2],
+    [(target, in_target), (reference, in_reference)]: &[(Features, Vec<u32>); 2],
     [of_target, of_reference]: [&[Nearest]; 2],
     options: &MatchOptions,
 ) -> Result<Vec<Pair>> {
@@ -75,10 +78,13 @@ pub(super) fn pairs(
         }
         pairs.retain(|pair| best[place(pair)] == distance(pair));
     }
+    for Pair { target, reference } in &mut pairs {
+        (*target, *reference) = (in_target[*target as usize], in_reference[*reference as usize]);
+    }
     Ok(pairs)
 }
 
-/// For each keypoint the first in the row of its neighbours that lie at the same place.
+/// For each keypoint, ordered by place, the index of the first one at the same place.
 fn first_of_place(features: &Features) -> Result<Vec<u32>> {
     let mut first: Vec<u32> = zeroed(features.keypoints.len())?;
     for (i, two) in features.keypoints.windows(2).enumerate() {

@@ -1,7 +1,7 @@
-//! Keypoints, their descriptors, and matches between two photos.
+//! SIFT keypoints, their descriptors, matches between two photos, and tracking.
 //!
-//! D. Lowe, *Distinctive Image Features from Scale-Invariant Keypoints*, IJCV 60 (2004), with the number of keypoints
-//! fitted to what the photo has to offer.
+//! D. Lowe, *Distinctive Image Features from Scale-Invariant Keypoints*, IJCV 60 (2004), with a contrast threshold that adapts
+//! to the photo.
 
 mod approximation;
 mod descriptor;
@@ -25,25 +25,31 @@ pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};
 pub use matching::{match_features, matches_of};
 pub use tracking::track;
 
-/// A place of the photo that is found again from another viewpoint.
+use std::cmp::Ordering;
+
+use crate::Result;
+use crate::image::{indices, reserve};
+
+/// A distinctive place of a photo: an extremum of the difference of Gaussians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Keypoint {
     /// In pixels of the photo.
     pub x: f32,
     /// In pixels of the photo.
     pub y: f32,
-    /// Deviation of the Gaussian at whose scale it stands out, in pixels of the photo.
+    /// Scale: standard deviation of the Gaussian, in pixels of the photo.
     pub scale: f32,
-    /// Dominant direction of the gradient, in radians from x towards y, at least 0 and less than 2π.
+    /// Orientation of the gradient in radians, from x towards y, at least 0 and less than 2π.
     pub angle: f32,
-    /// Contrast: how far the difference of Gaussians is from zero, in grey levels of 0 to 255.
+    /// Contrast: absolute value of the difference of Gaussians, in gray levels of 0 to 255.
     pub response: f32,
 }
 
-/// What was found in one photo.
+/// Keypoints and descriptors of one photo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Features {
-    /// Sorted by y, x, scale, angle. One place may have several directions, one keypoint each.
+    /// Keypoints by decreasing response, those of equal response by y, x, scale, angle. One place may have several
+    /// orientations, one keypoint each.
     pub keypoints: Vec<Keypoint>,
     /// The descriptor of each keypoint: 4×4 cells of 8 directions.
     pub descriptors: Vec<[u8; LENGTH]>,
@@ -51,24 +57,55 @@ pub struct Features {
     pub size: (usize, usize),
 }
 
+impl Keypoint {
+    /// Order by y, x, scale, angle.
+    fn by_place(&self, other: &Self) -> Ordering {
+        let key = |k: &Self| [k.y, k.x, k.scale, k.angle];
+        let differing = key(self).into_iter().zip(key(other)).map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne());
+        differing.unwrap_or(Ordering::Equal)
+    }
+}
+
+impl Features {
+    /// The features with these indices.
+    fn permuted(&self, order: &[u32]) -> Result<Self> {
+        let (mut keypoints, mut descriptors) = (Vec::new(), Vec::new());
+        reserve(&mut keypoints, order.len())?;
+        reserve(&mut descriptors, order.len())?;
+        keypoints.extend(order.iter().map(|&i| self.keypoints[i as usize]));
+        descriptors.extend(order.iter().map(|&i| self.descriptors[i as usize]));
+        Ok(Self { keypoints, descriptors, size: self.size })
+    }
+
+    /// The features ordered by place, and the index that each has here.
+    fn ordered_by_place(&self) -> Result<(Self, Vec<u32>)> {
+        let mut order = indices(self.keypoints.len())?;
+        order.sort_unstable_by(|&a, &b| {
+            let at = |i: u32| &self.keypoints[i as usize];
+            at(a).by_place(at(b)).then(a.cmp(&b))
+        });
+        Ok((self.permuted(&order)?, order))
+    }
+}
+
 /// Options of [`detect`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct DetectOptions {
-    /// Most places to keep. (Some have two or more directions.)
+    /// Largest number of places. Some have two or more orientations, and give as many keypoints.
     pub max_keypoints: usize,
     /// Least contrast, for grey levels 0 to 1 and summed over the three scales of an octave as in OpenCV.
     pub contrast_threshold: f64,
     /// Largest ratio of the principal curvatures.
     pub edge_threshold: f64,
-    /// Whether the photo is doubled in size first, which finds about four times as many.
+    /// Whether the photo is doubled in size first, which finds about four times as many keypoints.
     pub upsample: bool,
-    /// RootSIFT: compare the roots of the histograms, which lets no large value dominate.
+    /// RootSIFT: descriptors are square roots of the histograms, so that no large value dominates a distance.
     pub root: bool,
-    /// Whether the contrast threshold is lowered where there are too few.
+    /// Whether the contrast threshold is lowered where there are too few keypoints.
     pub adaptive: bool,
-    /// The longer side in pixels above which the photo is made smaller first; 0 for no limit.
+    /// Longer side in pixels above which the photo is reduced first; 0 for no limit.
     pub max_size: usize,
-    /// Most bytes that may be taken.
+    /// Memory limit in bytes.
     pub max_bytes: u64,
 }
 
@@ -90,12 +127,12 @@ impl Default for DetectOptions {
 /// Options of [`match_features`] and [`match_guided`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchOptions {
-    /// The nearest descriptor has to be nearer than the second nearest by this factor.
+    /// Ratio test: the nearest descriptor's distance must be less than this times the second nearest one's.
     pub ratio: f64,
-    /// Whether each of two has to be the other's nearest.
+    /// Whether each of the two must be the other's nearest neighbour.
     pub mutual: bool,
-    /// Largest distance of two descriptors, as vectors of unit length: 0 of the same, √2 of those that share nothing.
-    /// Under a guide, which leaves few others for the ratio to compare with, this has to tell right from wrong: 0.5.
+    /// Largest distance between descriptors, as unit vectors: 0 if they are equal, √2 if they are orthogonal. The pipeline uses
+    /// the same limit for guided matching.
     pub max_distance: f64,
 }
 
@@ -105,7 +142,7 @@ impl Default for MatchOptions {
     }
 }
 
-/// Two keypoints that look alike.
+/// Two matching keypoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pair {
     /// Index in the target's features.

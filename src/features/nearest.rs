@@ -44,7 +44,6 @@ impl Nearest {
 }
 
 /// The squared distance of two descriptors.
-#[inline(never)]
 pub(super) fn squared_distance(a: &[u8; LENGTH], b: &[u8; LENGTH]) -> i32 {
     let difference = |(&a, &b): (&u8, &u8)| i32::from(a) - i32::from(b);
     a.iter().zip(b).map(difference).map(|d| d * d).sum()

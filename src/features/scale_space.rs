@@ -7,15 +7,13 @@
 
 use wide::f32x4;
 
-use super::extrema::{self, Extremum};
+use super::extrema::{self, Extremum, SCALES};
 use super::luma::Luma;
 use crate::image::reserve;
 use crate::observer::{Observer, report};
 use crate::rows::{BLOCK, Block, Kernel, Mirror, Smoother, Window};
 use crate::{Result, Stage};
 
-/// Scales per octave.
-pub(super) const SCALES: usize = 3;
 /// Deviation of an octave's first level, in its pixels.
 pub(super) const SIGMA: f64 = 1.6;
 /// What a photo is taken to have been smoothed with, in its pixels.
@@ -41,7 +39,6 @@ pub(super) struct Plane {
 
 impl Plane {
     /// For an octave of this size.
-    #[inline(never)]
     fn new(width: usize, height: usize, step: usize) -> Result<Self> {
         let (width, height) = (width.div_ceil(step), height.div_ceil(step));
         // Whoever looks at four pixels from any of them on stays in its row.
@@ -52,7 +49,6 @@ impl Plane {
     }
 
     /// Takes in row `y` of the octave.
-    #[inline(never)]
     fn push(&mut self, y: usize, row: &[f32]) {
         if y.is_multiple_of(self.step) {
             self.data.extend(row.iter().step_by(self.step));
@@ -104,7 +100,7 @@ impl Base {
 }
 
 /// Row `y` of the picture in twice the size: pixel X lies at (X + ½)/2 − ½, bilinearly.
-#[inline(never)]
+#[inline(never)] // see `crate::rows`
 fn double(luma: &Luma, y: usize, out: &mut [f32]) {
     let row = |y: usize| &luma.data[y.min(luma.height - 1) * luma.width..][..luma.width];
     let near = row(y / 2);
@@ -148,7 +144,6 @@ impl Builder {
     }
 
     /// The next octave's levels; its extrema go to `found`. `None` when it would be too small.
-    #[inline(never)]
     pub fn octave(
         &mut self,
         octave: u8,
@@ -231,7 +226,7 @@ impl Builder {
     }
 }
 
-#[inline(never)]
+#[inline(never)] // see `crate::rows`
 fn subtract(a: &[Block], b: &[Block], out: &mut [Block]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = std::array::from_fn(|k| a[k] - b[k]);

@@ -1,17 +1,15 @@
-//! Which extrema become keypoints: the strong ones, and weaker ones where there are few.
+//! Which extrema become keypoints: the strong ones, and weaker ones where there are few; spread evenly over the photo.
 
 use super::extrema::Extremum;
 use crate::Result;
-use crate::image::zeroed;
-use crate::sort::{sort, sorted};
+use crate::image::{indices, zeroed};
 
-/// Cells along the longer side of the photo.
+/// Cells of the grid along the longer side of the photo.
 const CELLS: f32 = 12.0;
 
-/// Keeps at most `most` extrema: those with at least the contrast `strong` and, until there are `enough`, the next
-/// strongest of every cell of a grid, as evenly as there are any. When the strong ones are too many they are thinned out
-/// in the same way. `size` is that of the octave 0 in its pixels. Sorted by octave, level, y, x, without duplicates.
-#[inline(never)]
+/// Selects at most `most` extrema: those with a contrast of at least `strong` and, until there are `enough`, the next
+/// strongest of every cell of a grid, taken in turn. Too many strong ones are thinned out in the same way. `size` is that of
+/// octave 0 in its pixels. The result is sorted by octave, level, y, x, without duplicates.
 pub(super) fn select(
     found: &[Extremum],
     strong: f32,
@@ -20,20 +18,19 @@ pub(super) fn select(
     size: (usize, usize),
 ) -> Result<Vec<Extremum>> {
     let at = |i: u32| &found[i as usize];
-    // Fits from neighbouring samples may end at the same one: the same extremum.
-    let before = |a: u32, b: u32| at(a).place() < at(b).place();
-    let unique = sorted(found.len(), &before)?;
+    // Fits that start at neighbouring samples may converge to the same extremum.
+    let mut unique = indices(found.len())?;
+    unique.sort_unstable_by_key(|&i| (at(i).place(), i));
+    unique.dedup_by_key(|i| at(*i).place());
+    // Stable: extrema of equal contrast stay in the order of their places.
     let mut order = unique.clone();
-    sort(&mut order, &|a, b| {
-        let (p, q) = (at(a).response, at(b).response);
-        if p != q { p > q } else { before(a, b) }
-    });
+    order.sort_by(|&a, &b| at(b).response.total_cmp(&at(a).response));
     // The rank of each in its cell, and how many of each rank there are.
     let cell = size.0.max(size.1) as f32 / CELLS;
     let columns = (size.0 as f32 / cell) as usize + 1;
     let mut filled: Vec<u32> = zeroed(columns * ((size.1 as f32 / cell) as usize + 1))?;
     let mut rank: Vec<u32> = zeroed(found.len())?;
-    // Of the weak, then of the strong.
+    // Of the weak ones, then of the strong ones.
     let mut ranks: [Vec<u32>; 2] = [zeroed(order.len() + 1)?, zeroed(order.len() + 1)?];
     let mut strongs = 0;
     for &i in &order {

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::{Frame, Match};
-use crate::sort::sort;
 
 /// A match that can be used.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +41,7 @@ pub(super) fn usable_matches(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<
         // Adding 0 turns −0 into 0.
         let place = |i: u32| usable[i as usize].ends[side].map(|v| (v + 0.0).to_bits());
         let mut order: Vec<u32> = (0..usable.len() as u32).collect();
-        sort(&mut order, &|a, b| (place(a), a) < (place(b), b));
+        order.sort_unstable_by_key(|&i| (place(i), i));
         let mut first = vec![true; usable.len()];
         for pair in order.windows(2) {
             first[pair[1] as usize] = place(pair[0]) != place(pair[1]);

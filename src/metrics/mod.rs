@@ -15,10 +15,10 @@ use crate::{Error, ImageView, Result};
 /// How well the warped target agrees with the reference. Quote PSNR only together with coverage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// PSNR in dB over the overlap's bounding box, both pictures black outside the overlap (the authors' measure).
+    /// PSNR in dB over the overlap's bounding box, both images black outside the overlap (the authors' measure).
     pub psnr_bbox: f64,
-    /// SSIM over the same box, less the 5 pixels at its border where windows would stick out; a box narrower or
-    /// lower than a window (11 pixels) counts whole.
+    /// SSIM over the same box, less the 5 pixels at its border where the window would not fit; a box narrower or
+    /// lower than a window (11 pixels) counts as a whole.
     pub ssim_bbox: f64,
     /// PSNR in dB over valid pixels only.
     pub psnr_mask: f64,
@@ -28,7 +28,7 @@ pub struct Quality {
     pub coverage: f64,
 }
 
-/// Measures the overlap, on the reference's grid. Identical pictures have infinite PSNR.
+/// Measures the overlap, on the reference's grid. Identical images have infinite PSNR.
 ///
 /// A pixel of the reference is valid where the warped alpha over it is not 0. SSIM is Wang et al.'s (Gaussian window,
 /// σ = 1.5, 11×11; K₁ = 0.01, K₂ = 0.03, population covariance), the mean over red, green and blue.

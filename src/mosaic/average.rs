@@ -1,4 +1,4 @@
-//! The average of the two photos (paper, section 3.2.4).
+//! Blending by averaging the two photos (paper, section 3.2.4).
 
 use super::canvas::Placed;
 use crate::Image;

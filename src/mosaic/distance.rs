@@ -15,7 +15,6 @@ const LANES: usize = 8;
 
 /// Distance of every cell of a grid, `width` cells a row, from the nearest one of which `inside` is true: [`STRAIGHT`] to
 /// the pixel; the greatest number if there is none, or none within 13 107 pixels.
-#[inline(never)]
 pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
     let mut grid = Vec::new();
     reserve(&mut grid, cells)?;

@@ -18,6 +18,5 @@ mod seam;
 mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-pub(crate) use exposure::linear_light;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::Guide;

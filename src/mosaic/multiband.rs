@@ -133,7 +133,6 @@ fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span:
 }
 
 /// The cell `at` of half the resolution along one direction, from those of the whole one.
-#[inline(never)]
 fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell {
     let cell = |i: usize| cells(i.min(length - 1));
     let (a, b, c, d) = (cell((2 * at).saturating_sub(1)), cell(2 * at), cell(2 * at + 1), cell(2 * at + 2));
@@ -142,7 +141,7 @@ fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell
 
 impl Level {
     /// The cell at (x, y) of twice the resolution, halfway down: bilinear.
-    #[inline(never)]
+    #[inline(never)] // see `crate::rows`
     fn doubled(&self, x: usize, y: usize) -> Cell {
         let around = |at: usize, length: usize| {
             let near = at / 2;

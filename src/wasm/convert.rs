@@ -106,7 +106,7 @@ fn planes_from_js(name: &'static str, value: &JsValue, channels: u64) -> Result<
 ///
 /// # Errors
 /// `invalid-argument` for anything else, `out-of-memory`.
-#[cfg(feature = "codecs")]
+#[cfg(feature = "wasm-codecs")]
 pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u8>> {
     copy(&byte_view(value).ok_or_else(|| invalid(name, "a Uint8Array", value))?)
 }

@@ -58,10 +58,10 @@ fn main() {
     println!(
         "{}",
         json!({
-            "mosaic": fnv(&done.mosaic.image.data()),
-            "voidMask": fnv(&done.mosaic.voids.data()),
-            "warped": fnv(&done.warped.image.data()),
-            "footprint": fnv(&done.warped.footprint.data()),
+            "mosaic": fnv(done.mosaic.image.data()),
+            "voidMask": fnv(done.mosaic.voids.data()),
+            "warped": fnv(done.warped.image.data()),
+            "footprint": fnv(done.warped.footprint.data()),
             "inliers": fnv(&inliers),
             "forward": fnv(&model(&done.geometry.forward)),
             "reverse": fnv(&model(&done.geometry.reverse)),

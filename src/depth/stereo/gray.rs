@@ -4,6 +4,7 @@ use wide::{i16x8, i32x4};
 
 use crate::image::zeroed;
 use crate::lanes::BYTE_LANES;
+use crate::luma::rec601_level;
 use crate::{ImageView, Result};
 
 /// Pixels beyond the left border that repeat it, and at least as many beyond the right, so that windows need no bounds.
@@ -23,12 +24,10 @@ impl Gray {
     /// The luma of a photo (ITU-R BT.601).
     pub fn new(image: &ImageView<'_>) -> Result<Self> {
         let (width, height) = (image.width(), image.height());
-        let weigh =
-            |[r, g, b, _]: [u8; 4]| ((77 * u32::from(r) + 150 * u32::from(g) + 29 * u32::from(b) + 128) >> 8) as u8;
         let mut rows = image.pixels().chunks_exact(width);
         Self::filled(width, height, |_, out| {
             let row = rows.next().unwrap_or_default();
-            out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = weigh(pixel));
+            out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = rec601_level(pixel));
         })
     }
 

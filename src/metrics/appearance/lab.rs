@@ -1,6 +1,6 @@
 //! CIE L*a*b* (D65) of sRGB, in which equal distances look about equally large.
 
-use crate::mosaic::linear_light;
+use crate::srgb::linear_light;
 
 /// L* is stretched to 0 to 255, as in pictures of 8 bit: a step in lightness is seen sooner than one in colour.
 const LIGHTNESS: f32 = 2.55;

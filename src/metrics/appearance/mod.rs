@@ -20,9 +20,8 @@ use crate::features::{LineSegmentOptions, line_segments};
 use crate::geometry::Model;
 use crate::image::check_size;
 use crate::mosaic::Mosaic;
-use crate::rect::Rect;
 use crate::warp::Warped;
-use crate::{ImageView, Result, View};
+use crate::{ImageView, Rect, Result, View};
 
 /// All measures of one mosaic.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,8 @@
 //! Where the seam runs.
 
 use super::{inside, share};
-use crate::Mask;
-use crate::rect::Rect;
 use crate::warp::Warped;
+use crate::{Mask, Rect};
 
 /// Labels of a seam mask: which photo shows.
 const TARGET: u8 = 1;

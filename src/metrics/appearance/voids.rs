@@ -1,7 +1,7 @@
 //! Voids of the warped target within the reference.
 
 use super::{diagonal, inside, share};
-use crate::rect::Rect;
+use crate::Rect;
 use crate::warp::Warped;
 
 /// Width of the band inside the reference's border, as a share of its diagonal.

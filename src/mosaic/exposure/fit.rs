@@ -157,7 +157,6 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
     Ok(sane.then_some(Response { gains, curves, field: Field { nodes, columns, rows, step } }))
 }
 
-#[inline(never)]
 fn median_of(observations: &[Observation], value: &dyn Fn(&Observation) -> f64) -> Result<f64> {
     let mut values = Vec::new();
     reserve(&mut values, observations.len())?;
@@ -166,7 +165,6 @@ fn median_of(observations: &[Observation], value: &dyn Fn(&Observation) -> f64) 
 }
 
 /// The four nodes around a place and their bilinear weights.
-#[inline(never)]
 fn corners([x, y]: [f32; 2], step: usize, columns: usize, rows: usize) -> [(usize, f64); 4] {
     let (x, y) = (f64::from(x) / step as f64, f64::from(y) / step as f64);
     let (i, j) = ((x as usize).min(columns.saturating_sub(2)), (y as usize).min(rows.saturating_sub(2)));

@@ -5,11 +5,10 @@ mod fit;
 mod samples;
 mod tone;
 
-pub(crate) use tone::linear_light;
-
 use super::Exposure;
 use super::canvas::Placed;
 use super::span::Span;
+use crate::srgb::linear_light;
 use crate::{Image, Result};
 
 /// Adjusts the target in `image`; what it was multiplied by on average over the overlap.
@@ -22,7 +21,7 @@ pub(super) fn adjust(
     if exposure == Exposure::Off {
         return Ok([1.0; 3]);
     }
-    let linear = tone::linear_light();
+    let linear = linear_light();
     let samples = samples::collect(image, reference, &linear, &mut span.part(0.0, 0.5))?;
     let Some(response) = fit::fit(&samples, (image.width(), image.height()), exposure == Exposure::Field)? else {
         return Ok([1.0; 3]);

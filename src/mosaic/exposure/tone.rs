@@ -1,15 +1,7 @@
-//! sRGB's transfer function as tables.
+//! The inverse of sRGB's transfer function as a table.
 
 use crate::Result;
 use crate::image::zeroed;
-
-/// Linear light, 0 to 1, of every 8 bit level (IEC 61966-2-1).
-pub(crate) fn linear_light() -> [f32; 256] {
-    std::array::from_fn(|level| {
-        let v = level as f64 / 255.0;
-        (if v <= 0.04045 { v / 12.92 } else { libm::exp(2.4 * libm::log((v + 0.055) / 1.055)) }) as f32
-    })
-}
 
 /// Entries of the inverse table: in the dark, where the curve is steepest, five to a level.
 pub(super) const STEPS: usize = 1 << 14;

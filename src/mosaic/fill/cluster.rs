@@ -1,13 +1,10 @@
 //! Voids far from one another are filled apart, each in a window of its own.
 
 use super::super::distance::STRAIGHT;
-use super::parts::{Part, Parts};
+use super::parts::{Part, Parts, TILE};
 use crate::Result;
 use crate::image::{reserve, zeroed};
 use crate::rect::Rect;
-
-/// Side of the tiles in which voids are looked for. Voids in tiles that touch belong together.
-pub(super) const TILE: usize = 32;
 
 /// Which void belongs to which cluster.
 pub(super) struct Clusters {

@@ -16,10 +16,11 @@ use parts::{Part, Parts};
 /// How voids are filled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FillMethod {
-    /// With pieces of the background around them, and smoothly where they are but a few pixels wide.
+    /// Exemplar-based: patches of the surrounding background are copied (PatchMatch); voids only a few pixels wide are filled
+    /// smoothly.
     #[default]
     Exemplar,
-    /// Smoothly: colours are carried on from the border.
+    /// By coherence transport: colours are propagated from the border along edges.
     Smooth,
 }
 
@@ -28,11 +29,11 @@ pub enum FillMethod {
 pub struct FillOptions {
     /// How voids are filled.
     pub method: FillMethod,
-    /// Radius in pixels of the neighbourhood from which a smoothly filled pixel is drawn, 1 to 64. Time grows with its
+    /// Radius in pixels of the neighbourhood that a smoothly filled pixel is averaged from, 1 to 64. Time grows with its
     /// square.
     pub radius: u32,
     /// How wide a void may be for [`FillMethod::Exemplar`], as a share of the picture's size: the square root of the
-    /// number of valid pixels. Wider ones stay transparent, but for the places where they narrow. 0 to 100.
+    /// number of valid pixels. Wider ones stay transparent, except where they get narrow. 0 to 100.
     pub max_width: f64,
 }
 
@@ -44,8 +45,9 @@ impl Default for FillOptions {
 
 /// Fills the pixels of `voids` and makes them opaque; all others stay as they are.
 ///
-/// With a `guide` nothing that is nearer than the background of a void is taken into it: the void is what a thing in
-/// front hides from both cameras.
+/// Exemplar-based filling copies patches from around each void, coarse to fine (see [`FillMethod::Exemplar`]). With a `guide`
+/// it uses only what is as far away as the background there: a void is background that something in front hides from both
+/// cameras.
 ///
 /// What `image` holds in a void is ignored, even if it is opaque. Void pixels that no path through the void joins to a
 /// valid pixel (alpha not 0) cannot be filled, and those of too wide a void are not: they stay as they are. On an

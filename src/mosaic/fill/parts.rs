@@ -1,12 +1,14 @@
 //! Which void is filled how: by its width.
 
 use super::super::distance::{STRAIGHT, distance};
-use super::cluster::TILE;
 use super::smooth::reserve_more;
 use super::{FillMethod, FillOptions};
 use crate::image::reserve;
 use crate::rect::Rect;
 use crate::{Image, Mask, Result};
+
+/// Side in pixels of the tiles that voids are grouped by: voids in tiles that touch belong together.
+pub(super) const TILE: usize = 32;
 
 /// What becomes of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]

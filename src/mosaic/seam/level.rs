@@ -102,7 +102,6 @@ impl Level {
     }
 
     /// Calls `f` with the cells at most `reach` columns and rows away.
-    #[inline(never)]
     fn around(&self, at: usize, reach: usize, f: &mut dyn FnMut(usize)) {
         let (x, y) = (at % self.width, at / self.width);
         for j in y.saturating_sub(reach)..(y + reach + 1).min(self.height) {

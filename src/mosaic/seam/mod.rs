@@ -2,9 +2,9 @@
 //!
 //! A minimum cut between the places where only the target is valid and those where only the reference is, after V.
 //! Kwatra et al., *Graphcut Textures*, SIGGRAPH 2003: it runs where the photos agree in colour and gradient. It is found on
-//! a coarse grid and then, at twice the resolution again and again, within a band around what was found.
+//! a coarse grid and refined within a narrow band at twice the resolution, again and again.
 
-mod agreement;
+mod cost;
 mod flow;
 mod level;
 
@@ -58,7 +58,7 @@ pub(super) fn cut(
     seam: &mut Mask,
     span: &mut Span<'_>,
 ) -> Result<()> {
-    let Some(finest) = agreement::finest(image, reference, trusted, seam, &mut span.part(0.0, 0.5))? else {
+    let Some(finest) = cost::finest(image, reference, trusted, seam, &mut span.part(0.0, 0.5))? else {
         return Ok(());
     };
     let mut levels = vec![finest];

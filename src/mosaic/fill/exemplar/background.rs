@@ -16,7 +16,6 @@ const SHARE: f32 = 0.5;
 /// Finds the background's depth for every void. A void lies between the thing in front that tore it open and the
 /// background that came to light, and both moved along the lines through the epipole: of the two ends of such a line
 /// within the void the farther one is background. Without an epipole the shortest chord is taken.
-#[inline(never)]
 pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
     let tolerance = SHARE * 0.2 * spread(level);
     let mut least = filled(level.voids.len(), f32::INFINITY)?;
@@ -65,7 +64,6 @@ pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
 
 /// Where both ends are about as far away, both may be in front. So what lies farther away next to such voids is
 /// taken over, and handed on.
-#[inline(never)]
 fn spread_from_edges(level: &mut Level, tolerance: f32) {
     for backwards in [false, true, false] {
         for i in 0..level.voids.len() {
@@ -87,7 +85,6 @@ fn spread_from_edges(level: &mut Level, tolerance: f32) {
 }
 
 /// Depth a few pixels from a border, or at the last known one before; not finite if there is none.
-#[inline(never)]
 fn beyond(level: &Level, mut at: usize, step: isize) -> f32 {
     let mut depth = level.depth[at];
     for _ in 0..BEYOND {
@@ -105,7 +102,6 @@ fn beyond(level: &Level, mut at: usize, step: isize) -> f32 {
 }
 
 /// Mean absolute deviation of the known depths from their mean.
-#[inline(never)]
 fn spread(level: &Level) -> f32 {
     let known = || level.depth.iter().filter(|d| d.is_finite()).map(|&d| f64::from(d));
     let count = known().count().max(1) as f64;

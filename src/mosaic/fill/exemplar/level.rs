@@ -90,7 +90,6 @@ impl Level {
 
     /// The level of half the resolution. A cell is a void when one of the four below is; else it is as near as the
     /// nearest known one of them, so that the background shrinks and never mixes with what is in front.
-    #[inline(never)]
     pub fn halved(&self) -> Result<Self> {
         let (width, height) = self.size();
         let mut half = Self::new(width.div_ceil(2), height.div_ceil(2))?;
@@ -127,7 +126,6 @@ impl Level {
     }
 
     /// Works out what comparing patches needs, one patch in `stride`×`stride` cells.
-    #[inline(never)]
     pub fn prepare(&mut self, stride: usize) -> Result<()> {
         self.stride = stride;
         let carries = |void: &Void| [void.cell % self.width, void.cell / self.width].iter().all(|at| at % stride == 0);
@@ -161,7 +159,6 @@ impl Level {
     }
 
     /// Maximum of the depth over the patch of each cell, along rows and then along columns; ∞ in the padding.
-    #[inline(never)]
     fn greatest_in_patch(&self) -> Result<Vec<f32>> {
         let mut out = Vec::new();
         reserve(&mut out, self.depth.len())?;

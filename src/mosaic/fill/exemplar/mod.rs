@@ -115,7 +115,6 @@ pub(super) fn fill(
 
 /// Fills the voids of a level from the background inwards, seeing only what is known or has been filled before. Calls
 /// `tick` now and then.
-#[inline(never)]
 fn peel(
     level: &mut Level,
     field: &mut Field,
@@ -157,7 +156,6 @@ fn peel(
 }
 
 /// The window at the picture's own resolution.
-#[inline(never)]
 fn base(
     image: &Image,
     voids: &Mask,

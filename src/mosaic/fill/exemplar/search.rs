@@ -59,7 +59,6 @@ impl Field {
     }
 
     /// Sources at random, or nothing when the level has no whole patch.
-    #[inline(never)]
     pub fn random(level: &Level, reach: f32, random: &mut Sampler) -> Result<Option<Self>> {
         let Some(mut field) = Self::new(level, reach)? else { return Ok(None) };
         let (width, height) = level.size();
@@ -72,7 +71,6 @@ impl Field {
     }
 
     /// The sources and colours of the next coarser level.
-    #[inline(never)]
     pub fn refined(&self, coarse: &Level, level: &mut Level, reach: f32) -> Result<Option<Self>> {
         let Some(mut field) = Self::new(level, reach)? else { return Ok(None) };
         let (width, height) = level.size();
@@ -96,7 +94,7 @@ impl Field {
 
     /// Improves the source of one void by those of the neighbours visited before it, which come behind it when going
     /// `backwards`, and by random places within `radius` cells, halved from one to the next (Barnes et al. 2009).
-    #[inline(never)]
+    #[inline(never)] // see `crate::rows`
     pub fn improve(&mut self, level: &Level, number: usize, backwards: bool, radius: usize, random: &mut Sampler) {
         let void = &level.voids[number];
         let mut best = Candidate { cell: self.sources[number].cell, cost: u32::MAX };

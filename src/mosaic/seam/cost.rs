@@ -1,4 +1,4 @@
-//! What it costs to pass from one photo to the other at a pixel.
+//! Cost of the seam at each pixel: how much the photos differ there in colour and gradient.
 
 use wide::i32x4;
 
@@ -10,8 +10,8 @@ use crate::mosaic::span::Span;
 use crate::rect::{bounding_box, extent};
 use crate::{Image, Mask, Result};
 
-/// What a pixel that the alignment does not vouch for costs on top.
-const UNTRUSTED: u16 = 60;
+/// Extra cost of a pixel whose alignment is not reliable.
+const UNRELIABLE: u16 = 60;
 
 /// The level of the canvas' pixels around where both photos are valid; `None` where they nowhere are.
 pub(super) fn finest(
@@ -47,8 +47,8 @@ pub(super) fn finest(
                 let change = |from: Difference| (here[0] - from[0]).abs() & from[1];
                 let sum = here[0].abs() + here[0].abs() + change(left) + change(*above);
                 let place = (y - reference.top) * reference.photo.width() + x - reference.left;
-                let believed = trusted.is_none_or(|trusted| trusted.data()[place] != 0);
-                cell.cost = sum.reduce_add() as u16 + if believed { 0 } else { UNTRUSTED };
+                let reliable = trusted.is_none_or(|trusted| trusted.data()[place] != 0);
+                cell.cost = sum.reduce_add() as u16 + if reliable { 0 } else { UNRELIABLE };
             }
             (left, *above) = (here, here);
         }
