@@ -232,7 +232,7 @@ impl<'a> Memory<'a> {
 ///
 /// # Errors
 /// `too-large`, for the larger photo.
-#[cfg(all(target_arch = "wasm32", feature = "core"))]
+#[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
 pub(crate) fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
     let [target, reference] = photos;
     let larger = if pixels(target) > pixels(reference) { target } else { reference };

@@ -23,7 +23,7 @@ use std::borrow::Cow;
 
 pub use align::{Alignment, align};
 pub use features::{FeatureOptions, MatchedFeatures, detect_pair, match_pair};
-#[cfg(all(target_arch = "wasm32", feature = "core"))]
+#[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
 pub(crate) use memory::check_inputs;
 pub use memory::{Job, Memory};
 pub use options::{Mode, Options, WithoutDepth};
