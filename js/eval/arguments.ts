@@ -48,7 +48,7 @@ Stitches every case folder in DIR and prints what it measures: of the overlap un
   --sheet FILE.png     a picture of every case's target, reference, mosaic by homography, and mosaics of the modes
   --out DIR            write CASE_MODE_mosaic.png and CASE_MODE_warped.png there
   --json FILE          write the rows there as JSON
-  --check              compare with js/eval/floors.json; exit 1 when a number falls short
+  --check              compare what is measured with js/eval/floors.json; exit 1 when a number falls short
   --help               print this
 `;
 

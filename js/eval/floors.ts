@@ -12,7 +12,7 @@ export type Floor = { readonly [K in MeasureName]?: number } & {
 export interface Floors {
   /** By how much a row may fall short; 0 where nothing is said. */
   readonly tolerance: { readonly [K in MeasureName]?: number };
-  /** By mode, then by case or group of cases (`mono-*`). */
+  /** By mode (`MODE+own` where the photos are matched anew), then by case or group of cases (`mono-*`, `mean`). */
   readonly modes: Readonly<Record<string, Readonly<Record<string, Floor>>>>;
 }
 

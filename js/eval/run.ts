@@ -63,7 +63,8 @@ async function check(request: Request, rows: readonly Row[]): Promise<number> {
   let short = 0;
   for (const [modeName] of request.modes) {
     const ofMode = rows.filter((row) => row.mode === modeName);
-    const found = checkFloors(floors, modeName, ofMode, means(ofMode), request.groups);
+    const name = request.ownMatches ? `${modeName}+own` : modeName;
+    const found = checkFloors(floors, name, ofMode, means(ofMode), request.groups);
     checked += found.checked;
     short += found.short.length;
     for (const line of found.short) print(`short: ${line}`);

@@ -13,6 +13,8 @@ const STRIDE = 3;
 const STEPS = 12;
 /** Least determinant of a structure tensor. */
 const FLAT = 1e-3;
+/** Candidates pass from patch to patch within so many parts of the picture, one below the other: a wrong one stays in its own. */
+const STRIPES = 8;
 /** The flow is found at half the size, and interpolated. */
 const FINEST = 1;
 
@@ -54,6 +56,7 @@ function searched(from: Plane, to: Plane, start: Flow): Flow {
   const [u, v] = [plane(columns, rows), plane(columns, rows)];
   const { gx, gy } = sobel(from);
   const middle = PATCH >> 1;
+  const stripe = (row: number): number => Math.floor(row / Math.ceil(rows / STRIPES));
   const scratch: Difference = { cost: 0, du: 0, dv: 0 };
   for (const direction of [1, -1]) {
     for (let k = 0; k < rows * columns; k++) {
@@ -71,7 +74,7 @@ function searched(from: Plane, to: Plane, start: Flow): Flow {
       const above = row - direction;
       const candidates = [
         beside >= 0 && beside < columns ? i - direction : -1,
-        above >= 0 && above < rows ? i - direction * columns : -1,
+        above >= 0 && above < rows && stripe(above) === stripe(row) ? i - direction * columns : -1,
       ];
       for (const candidate of candidates.filter((candidate) => candidate >= 0)) {
         const [cu, cv] = [u.data[candidate] as number, v.data[candidate] as number];

@@ -28,17 +28,27 @@ impl Rectangle {
         (x * x + y * y).sqrt().max(1.0)
     }
 
-    /// Half a pixel narrower, its middle line moved by `shift` pixels to the right of its direction.
-    fn narrower(&self, shift: f64) -> Option<Self> {
-        let [x, y] = self.direction;
-        let moved = |[a, b]: [f64; 2]| [a - y * shift, b + x * shift];
-        let width = self.width - 0.5;
-        (width >= 0.5).then(|| Self { start: moved(self.start), end: moved(self.end), width, ..*self })
+    /// A step of a variation; `None` where it cannot go on.
+    fn varied(&self, variation: Variation) -> Option<Self> {
+        match variation {
+            Variation::Finer => Some(Self { probability: 0.5 * self.probability, ..*self }),
+            Variation::Narrower(shift) => {
+                let [x, y] = self.direction;
+                let moved = |[a, b]: [f64; 2]| [a - y * shift, b + x * shift];
+                let width = self.width - 0.5;
+                (width >= 0.5).then(|| Self { start: moved(self.start), end: moved(self.end), width, ..*self })
+            }
+        }
     }
+}
 
-    fn finer(&self) -> Option<Self> {
-        Some(Self { probability: 0.5 * self.probability, ..*self })
-    }
+/// How a rectangle that is not yet significant is varied.
+#[derive(Clone, Copy)]
+enum Variation {
+    /// Half the angle tolerance.
+    Finer,
+    /// Half a pixel narrower, the middle line so many pixels farther to the right of its direction.
+    Narrower(f64),
 }
 
 /// The a-contrario test of rectangles.
@@ -63,16 +73,21 @@ impl<'a> Validation<'a> {
 
     /// The rectangle with its −log₁₀ NFA if that is enough, or the first of its variations for which it is.
     pub fn validate(&self, rectangle: Rectangle) -> Option<(Rectangle, f64)> {
-        let variations: [&dyn Fn(&Rectangle) -> Option<Rectangle>; 5] =
-            [&|r| r.finer(), &|r| r.narrower(0.0), &|r| r.narrower(0.25), &|r| r.narrower(-0.25), &|r| r.finer()];
+        let variations = [
+            Variation::Finer,
+            Variation::Narrower(0.0),
+            Variation::Narrower(0.25),
+            Variation::Narrower(-0.25),
+            Variation::Finer,
+        ];
         let mut best = (rectangle, self.significance(&rectangle));
-        for vary in variations {
+        for variation in variations {
             if best.1 > self.least {
                 break;
             }
             let mut candidate = best.0;
             for _ in 0..STEPS {
-                let Some(next) = vary(&candidate) else { break };
+                let Some(next) = candidate.varied(variation) else { break };
                 candidate = next;
                 let significance = self.significance(&candidate);
                 if significance > best.1 {

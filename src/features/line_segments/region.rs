@@ -57,7 +57,8 @@ impl<'a> Grower<'a> {
             next += 1;
             let (x, y) = (pixel % width, pixel / width);
             for y in y.saturating_sub(1)..(y + 2).min(*height) {
-                for i in y * width + x.saturating_sub(1)..y * width + (x + 2).min(*width) {
+                for x in x.saturating_sub(1)..(x + 2).min(*width) {
+                    let i = y * width + x;
                     if self.used[i] != 0 {
                         continue;
                     }
