@@ -6,7 +6,6 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod scene;
 
-use depthstitch::Rect;
 use depthstitch::features::LineSegment;
 use depthstitch::geometry::{Match, Model, homography};
 use depthstitch::image::DepthKind;
