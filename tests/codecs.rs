@@ -102,23 +102,23 @@ fn colour_depth_becomes_luma() {
 fn sixteen_bit_and_gray_files_decode_as_pictures() {
     let la16: Vec<u8> = [0x1234u16, 0xffff].iter().flat_map(|v| v.to_ne_bytes()).collect();
     let image = decode_image(&png(&la16, 1, 1, ExtendedColorType::La16), NO_LIMIT).unwrap();
-    assert_eq!(image.data, [0x12, 0x12, 0x12, 255]);
+    assert_eq!(image.data(), [0x12, 0x12, 0x12, 255]);
     let image = decode_image(&png(&[9, 200], 2, 1, ExtendedColorType::L8), NO_LIMIT).unwrap();
-    assert_eq!(image.data, [9, 9, 9, 255, 200, 200, 200, 255]);
+    assert_eq!(image.data(), [9, 9, 9, 255, 200, 200, 200, 255]);
 }
 
 #[test]
 fn jpeg_comes_back_close_and_opaque() {
     let mut image = picture(64, 48);
-    for (i, pixel) in image.data.chunks_exact_mut(4).enumerate() {
+    for (i, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
         pixel[2] = (i % 64) as u8;
         pixel[3] = 255;
     }
     let back = decode_image(&encode_jpeg(image.view(), 95).unwrap(), NO_LIMIT).unwrap();
-    assert_eq!((back.width, back.height), (64, 48));
-    let worst = image.data.iter().zip(&back.data).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+    assert_eq!((back.width(), back.height()), (64, 48));
+    let worst = image.data().iter().zip(back.data()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
     assert!(worst <= 12, "worst difference {worst}");
-    assert!(back.data.chunks_exact(4).all(|p| p[3] == 255));
+    assert!(back.data().chunks_exact(4).all(|p| p[3] == 255));
     // A lower quality is a smaller file.
     assert!(encode_jpeg(image.view(), 30).unwrap().len() < encode_jpeg(image.view(), 95).unwrap().len());
 }
@@ -127,7 +127,7 @@ fn jpeg_comes_back_close_and_opaque() {
 fn jpeg_lays_transparent_pixels_over_black() {
     let image = Image::new([255, 255, 255, 0].repeat(256), 16, 16).unwrap();
     let back = decode_image(&encode_jpeg(image.view(), 90).unwrap(), NO_LIMIT).unwrap();
-    assert!(back.data.chunks_exact(4).all(|p| p[..3].iter().all(|&v| v <= 2)), "{:?}", &back.data[..4]);
+    assert!(back.data().chunks_exact(4).all(|p| p[..3].iter().all(|&v| v <= 2)), "{:?}", &back.data()[..4]);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn exif_orientation_turns_pictures_upright() {
         let file = with_orientation(&jpeg, orientation, orientation % 2 == 0);
         let image = decode_image(&file, NO_LIMIT).unwrap();
         let size = if orientation < 5 { (32, 16) } else { (16, 32) };
-        assert_eq!((image.width, image.height), size, "orientation {orientation}");
+        assert_eq!((image.width(), image.height()), size, "orientation {orientation}");
         let depth = decode_depth(&file, NO_LIMIT).unwrap();
         let Samples::Eight(depth) = depth.samples else { panic!("8 bit stay 8 bit") };
         let (right, bottom) = (size.0 - 1, size.1 - 1);
@@ -174,7 +174,7 @@ fn exif_orientation_turns_pictures_upright() {
     }
     // An orientation that does not exist is none.
     let image = decode_image(&with_orientation(&jpeg, 9, false), NO_LIMIT).unwrap();
-    assert_eq!((image.width, image.height), (32, 16));
+    assert_eq!((image.width(), image.height()), (32, 16));
 }
 
 #[test]
@@ -220,7 +220,7 @@ fn any_damaged_byte_gives_an_error_or_a_picture_never_a_panic() {
                 let mut bytes = file.clone();
                 bytes[i] ^= bit;
                 match decode_image(&bytes, 1 << 20) {
-                    Ok(image) => assert_eq!(image.data.len(), 4 * image.width * image.height),
+                    Ok(image) => assert_eq!(image.data().len(), 4 * image.width() * image.height()),
                     Err(error) => assert!(["decode-failed", "too-large"].contains(&error.code()), "{error}"),
                 }
             }
