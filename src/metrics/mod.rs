@@ -76,7 +76,7 @@ impl<'a> Overlap<'a> {
         };
         let (x, y) = (self.left, self.top + y);
         let (image, (dx, dy)) = (&self.warped.image, self.warped.offset);
-        (cut(&image.data(), image.width(), dx + x, dy + y), cut(self.reference.data(), self.reference.width(), x, y))
+        (cut(image.data(), image.width(), dx + x, dy + y), cut(self.reference.data(), self.reference.width(), x, y))
     }
 
     fn rows(&self) -> impl Iterator<Item = (&'a [[u8; 4]], &'a [[u8; 4]])> {
