@@ -12,6 +12,7 @@ use super::luma::Luma;
 use crate::image::reserve;
 use crate::observer::{Observer, report};
 use crate::rows::{BLOCK, Block, Kernel, Mirror, Smoother, Window};
+use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Result, Stage};
 
 /// Deviation of an octave's first level, in its pixels.
@@ -99,13 +100,11 @@ impl Base {
     }
 }
 
-/// Row `y` of the picture in twice the size: pixel X lies at (X + ½)/2 − ½, bilinearly.
+/// Row `y` of the image upsampled by 2.
 #[inline(never)] // see `crate::rows`
 fn double(luma: &Luma, y: usize, out: &mut [f32]) {
-    let row = |y: usize| &luma.data[y.min(luma.height - 1) * luma.width..][..luma.width];
-    let near = row(y / 2);
-    let far = if y.is_multiple_of(2) { row((y / 2).saturating_sub(1)) } else { row(y / 2 + 1) };
-    let value = |near: f32, far: f32| 0.75 * near + 0.25 * far;
+    let [near, far] = neighbours(y, luma.height).map(|y| &luma.data[y * luma.width..][..luma.width]);
+    let value = |near: f32, far: f32| WEIGHTS[0] * near + WEIGHTS[1] * far;
     let mut before = value(near[0], far[0]);
     let mut here = before;
     let after = near
