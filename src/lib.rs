@@ -111,6 +111,7 @@ mod rows;
 mod sampler;
 mod srgb;
 mod statistics;
+mod upsampling;
 pub mod warp;
 
 #[cfg(all(target_arch = "wasm32", feature = "wasm-module"))]

@@ -1,6 +1,7 @@
 //! Means over cells of growing size (Burt 1988, "pull-push").
 
 use crate::image::zeroed;
+use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Mask, Result};
 
 /// Sums of deviations and of weights over cells.
@@ -84,14 +85,9 @@ impl Level {
 
     /// Bilinear value at a cell of the next finer level.
     pub fn above(&self, x: usize, y: usize) -> f32 {
-        // An even cell's centre lies a quarter of a coarse cell before its parent's, an odd one's a quarter after it.
-        let axis = |p: usize, size: usize| {
-            let parent = p / 2;
-            let other = if p.is_multiple_of(2) { parent.saturating_sub(1) } else { (parent + 1).min(size - 1) };
-            (parent, other)
-        };
-        let ((x, u), (y, v)) = (axis(x, self.width), axis(y, self.height));
+        let (columns, rows) = (neighbours(x, self.width), neighbours(y, self.height));
         let cell = |x: usize, y: usize| self.cells[y * self.width + x][0];
-        0.75 * (0.75 * cell(x, y) + 0.25 * cell(u, y)) + 0.25 * (0.75 * cell(x, v) + 0.25 * cell(u, v))
+        let [near, far] = rows.map(|y| WEIGHTS[0] * cell(columns[0], y) + WEIGHTS[1] * cell(columns[1], y));
+        WEIGHTS[0] * near + WEIGHTS[1] * far
     }
 }

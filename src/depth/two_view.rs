@@ -16,7 +16,7 @@ const FORETOLD: f64 = 0.0025;
 /// Geometry and depth of two photos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoView {
-    /// Both models, of kind [`ModelKind::TwoView`], the reverse one being the inverse of the forward one: H⁻¹, −H⁻¹e. Or
+    /// Both models, of kind [`ModelKind::TwoView`](crate::geometry::ModelKind::TwoView), the reverse one being the inverse of the forward one: H⁻¹, −H⁻¹e. Or
     /// the homography, when parallax is not observable. The residuals are distances from the epipolar lines.
     pub geometry: Estimate,
     /// Relative inverse depth of the target, of its size: 0 on the plane that most matches are near to, mean square 1 at
@@ -36,10 +36,10 @@ pub struct TwoView {
 /// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other,
 /// and beyond is that of the plane most are near to.
 /// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
-/// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`].
+/// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`](crate::report::Warning::ParallaxUnobservable).
 ///
 /// # Errors
-/// Those of [`estimate`] without depth; `out-of-memory`, `aborted`.
+/// Those of [`estimate`](crate::geometry::estimate) without depth; `out-of-memory`, `aborted`.
 pub fn two_view(
     matches: &[Match],
     target: ImageView<'_>,

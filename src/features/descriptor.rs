@@ -59,16 +59,7 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
     let (before, behind) = (f32x4::new([1.0, 0.0, 1.0, 0.0]), f32x4::new([-1.0, 1.0, -1.0, 1.0]));
     for (row, weight) in (top..bottom).zip(down) {
         let dy = row as f32 - y;
-        // Both |dx·cos + dy·sin| and |dy·cos − dx·sin| have to be less than the half.
-        let (mut low, mut high) = (-radius, radius);
-        for (slope, shift) in [(cos, dy * sin), (-sin, dy * cos)] {
-            if slope.abs() * radius > 1e-3 {
-                let (a, b) = ((-half - shift) / slope, (half - shift) / slope);
-                let (a, b) = if a < b { (a, b) } else { (b, a) };
-                low = if low < a { a } else { low };
-                high = if b < high { b } else { high };
-            }
-        }
+        let (low, high) = columns((cos, sin), dy, half, radius);
         let (first, end) = span(x + low, x + high, plane.width);
         let (first, end) = (first.max(left), end.min(right));
         let mut column = first;
@@ -99,6 +90,20 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
             column += 4;
         }
     }
+}
+
+/// The range of dx in which both |dx·cos + dy·sin| and |dy·cos − dx·sin| are less than `half`, within ±`radius`.
+fn columns((cos, sin): (f32, f32), dy: f32, half: f32, radius: f32) -> (f32, f32) {
+    let (mut low, mut high) = (-radius, radius);
+    for (slope, shift) in [(cos, dy * sin), (-sin, dy * cos)] {
+        if slope.abs() * radius > 1e-3 {
+            let (a, b) = ((-half - shift) / slope, (half - shift) / slope);
+            let (a, b) = if a < b { (a, b) } else { (b, a) };
+            low = if low < a { a } else { low };
+            high = if b < high { b } else { high };
+        }
+    }
+    (low, high)
 }
 
 /// The cell before a coordinate, counted from one before the first, and what is left over. Coordinates beyond the cells

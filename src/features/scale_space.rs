@@ -12,6 +12,7 @@ use super::luma::Luma;
 use crate::image::reserve;
 use crate::observer::{Observer, report};
 use crate::rows::{BLOCK, Block, Kernel, Mirror, Smoother, Window};
+use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Result, Stage};
 
 /// Deviation of an octave's first level, in its pixels.
@@ -99,13 +100,11 @@ impl Base {
     }
 }
 
-/// Row `y` of the picture in twice the size: pixel X lies at (X + ½)/2 − ½, bilinearly.
+/// Row `y` of the image upsampled by 2.
 #[inline(never)] // see `crate::rows`
 fn double(luma: &Luma, y: usize, out: &mut [f32]) {
-    let row = |y: usize| &luma.data[y.min(luma.height - 1) * luma.width..][..luma.width];
-    let near = row(y / 2);
-    let far = if y.is_multiple_of(2) { row((y / 2).saturating_sub(1)) } else { row(y / 2 + 1) };
-    let value = |near: f32, far: f32| 0.75 * near + 0.25 * far;
+    let [near, far] = neighbours(y, luma.height).map(|y| &luma.data[y * luma.width..][..luma.width]);
+    let value = |near: f32, far: f32| WEIGHTS[0] * near + WEIGHTS[1] * far;
     let mut before = value(near[0], far[0]);
     let mut here = before;
     let after = near
@@ -155,36 +154,12 @@ impl Builder {
         if width.min(height) < LEAST_SIDE {
             return Ok(None);
         }
-        let reach: usize = self.kernels[1..].iter().map(|k| k.radius).sum();
-        let mut gauss = Vec::with_capacity(SCALES + 3);
-        for level in 0..SCALES + 3 {
-            let radius = self.kernels.get(level).map_or(0, |k| k.radius);
-            gauss.push(Window::new(width, 2 * radius + 1 + BATCH)?);
-        }
-        let mut differences = Vec::with_capacity(SCALES + 2);
-        for _ in 0..SCALES + 2 {
-            differences.push(Window::new(width, reach + 2 * BATCH + 2 * extrema::REACH + 2)?);
-        }
-        let first = self.base.sigma().map(Kernel::gaussian);
-        let radius = first.as_ref().map_or(0, |k| k.radius);
-        let mut source = Window::new(width, 2 * radius + 1 + BATCH)?;
-        let mut smoother = Smoother::new(width, height, 1, Mirror::AtPixel)?;
-        let mut levels = {
-            let plane = |i: usize| Plane::new(width, height, STEPS[i]);
-            [plane(0)?, plane(1)?, plane(2)?]
-        };
-        let mut next = Luma { data: Vec::new(), width: width / 2, height: height / 2 };
-        reserve(&mut next.data, next.width * next.height)?;
+        let mut pipeline = Pipeline::new(&self.base, &self.kernels)?;
         let mut scanner = extrema::Scanner::new(octave, (width, height));
-
-        let ready = |above: &Window, radius: usize, level: &Window| {
-            let ready = if above.rows == height { height } else { above.rows.saturating_sub(radius) };
-            ready.saturating_sub(level.rows).min(BATCH)
-        };
         // An octave is a quarter of the one before, so that the first takes three quarters of the time.
         let left = 1.0 / (1u64 << (2 * octave)) as f32;
         for turn in 0.. {
-            let done = differences[SCALES + 1].rows;
+            let done = pipeline.differences[SCALES + 1].rows;
             if done == height {
                 break;
             }
@@ -192,37 +167,92 @@ impl Builder {
                 let fraction = 1.0 - left + 0.75 * left * done as f32 / height as f32;
                 report(observer, Stage::Detect, 0.5 * fraction)?;
             }
-            for _ in 0..BATCH.min(height - source.rows) {
-                let y = source.rows;
-                self.base.row(y, source.next());
-            }
-            for _ in 0..ready(&source, radius, &gauss[0]) {
-                match &first {
-                    Some(kernel) => smoother.append(&source, kernel, &mut gauss[0]),
-                    None => {
-                        let y = gauss[0].rows;
-                        gauss[0].next().copy_from_slice(source.blocks(y));
-                    }
-                }
-            }
-            for (level, kernel) in (1..).zip(&self.kernels) {
-                let Some(([.., above], [here, ..])) = gauss.split_at_mut_checked(level) else { break };
-                for _ in 0..ready(above, kernel.radius, here) {
-                    let y = here.rows;
-                    smoother.append(above, kernel, here);
-                    subtract(here.blocks(y), above.blocks(y), differences[level - 1].next());
-                    if let Some(plane) = levels.get_mut(level - 1) {
-                        plane.push(y, here.row(y));
-                    }
-                    if level == SCALES && y % 2 == 0 && y / 2 < next.height {
-                        next.data.extend(here.row(y).as_chunks::<2>().0[..next.width].iter().map(|pair| pair[0]));
-                    }
-                }
-            }
-            scanner.scan(&differences, limits, found);
+            pipeline.turn(&self.base, &self.kernels);
+            scanner.scan(&pipeline.differences, limits, found);
         }
+        let Pipeline { levels, next, .. } = pipeline;
         self.base = Base::Halved(next);
         Ok(Some(levels))
+    }
+}
+
+/// The rows of an octave on their way from the base to the differences of Gaussians.
+struct Pipeline {
+    height: usize,
+    /// Smooths the base to the first level; `None` if it is that already.
+    first: Option<Kernel>,
+    smoother: Smoother,
+    /// The base.
+    source: Window,
+    /// The levels 0 to [`SCALES`] + 2, and the differences between them.
+    gauss: Vec<Window>,
+    differences: Vec<Window>,
+    levels: Levels,
+    /// What the next octave starts from.
+    next: Luma,
+}
+
+impl Pipeline {
+    fn new(base: &Base, kernels: &[Kernel; SCALES + 2]) -> Result<Self> {
+        let (width, height) = base.size();
+        let reach: usize = kernels[1..].iter().map(|k| k.radius).sum();
+        let mut gauss = Vec::with_capacity(SCALES + 3);
+        for level in 0..SCALES + 3 {
+            let radius = kernels.get(level).map_or(0, |k| k.radius);
+            gauss.push(Window::new(width, 2 * radius + 1 + BATCH)?);
+        }
+        let mut differences = Vec::with_capacity(SCALES + 2);
+        for _ in 0..SCALES + 2 {
+            differences.push(Window::new(width, reach + 2 * BATCH + 2 * extrema::REACH + 2)?);
+        }
+        let first = base.sigma().map(Kernel::gaussian);
+        let radius = first.as_ref().map_or(0, |k| k.radius);
+        let source = Window::new(width, 2 * radius + 1 + BATCH)?;
+        let smoother = Smoother::new(width, height, 1, Mirror::AtPixel)?;
+        let plane = |i: usize| Plane::new(width, height, STEPS[i]);
+        let levels = [plane(0)?, plane(1)?, plane(2)?];
+        let mut next = Luma { data: Vec::new(), width: width / 2, height: height / 2 };
+        reserve(&mut next.data, next.width * next.height)?;
+        Ok(Self { height, first, smoother, source, gauss, differences, levels, next })
+    }
+
+    /// Makes up to [`BATCH`] rows of each level.
+    fn turn(&mut self, base: &Base, kernels: &[Kernel; SCALES + 2]) {
+        let height = self.height;
+        // How many rows of a level can be made from the rows of the one above it.
+        let ready = |above: &Window, radius: usize, level: &Window| {
+            let ready = if above.rows == height { height } else { above.rows.saturating_sub(radius) };
+            ready.saturating_sub(level.rows).min(BATCH)
+        };
+        for _ in 0..BATCH.min(height - self.source.rows) {
+            let y = self.source.rows;
+            base.row(y, self.source.next());
+        }
+        let radius = self.first.as_ref().map_or(0, |k| k.radius);
+        for _ in 0..ready(&self.source, radius, &self.gauss[0]) {
+            match &self.first {
+                Some(kernel) => self.smoother.append(&self.source, kernel, &mut self.gauss[0]),
+                None => {
+                    let y = self.gauss[0].rows;
+                    self.gauss[0].next().copy_from_slice(self.source.blocks(y));
+                }
+            }
+        }
+        for (level, kernel) in (1..).zip(kernels) {
+            let Some(([.., above], [here, ..])) = self.gauss.split_at_mut_checked(level) else { break };
+            for _ in 0..ready(above, kernel.radius, here) {
+                let y = here.rows;
+                self.smoother.append(above, kernel, here);
+                subtract(here.blocks(y), above.blocks(y), self.differences[level - 1].next());
+                if let Some(plane) = self.levels.get_mut(level - 1) {
+                    plane.push(y, here.row(y));
+                }
+                if level == SCALES && y % 2 == 0 && y / 2 < self.next.height {
+                    let pairs = &here.row(y).as_chunks::<2>().0[..self.next.width];
+                    self.next.data.extend(pairs.iter().map(|pair| pair[0]));
+                }
+            }
+        }
     }
 }
 

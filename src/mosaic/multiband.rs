@@ -13,6 +13,7 @@ use super::canvas::Placed;
 use super::span::Span;
 use crate::image::{reserve, zeroed};
 use crate::rect::{bounding_box, extent};
+use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Image, Mask, Result};
 
 /// While the pyramid is built: weighted difference (red, green, blue) and weight; labelled-as-target, labelled, 0, 0.
@@ -140,15 +141,11 @@ fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell
 }
 
 impl Level {
-    /// The cell at (x, y) of twice the resolution, halfway down: bilinear.
+    /// The cell at (x, y) of twice the resolution.
     #[inline(never)] // see `crate::rows`
     fn doubled(&self, x: usize, y: usize) -> Cell {
-        let around = |at: usize, length: usize| {
-            let near = at / 2;
-            (near, if at.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(length - 1) })
-        };
-        let ((x, beside), (y, beyond)) = (around(x, self.width), around(y, self.height));
-        let lean = |near: f32x4, far: f32x4| near * f32x4::splat(0.75) + far * f32x4::splat(0.25);
+        let ([x, beside], [y, beyond]) = (neighbours(x, self.width), neighbours(y, self.height));
+        let lean = |near: f32x4, far: f32x4| near * f32x4::splat(WEIGHTS[0]) + far * f32x4::splat(WEIGHTS[1]);
         let (row, other) = (y * self.width, beyond * self.width);
         let [a, b, c, d] = [row + x, other + x, row + beside, other + beside].map(|at| &self.cells[at]);
         [0, 1].map(|i| lean(lean(a[i], b[i]), lean(c[i], d[i])))

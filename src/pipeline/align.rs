@@ -38,7 +38,7 @@ pub struct Alignment<'a> {
 /// # Errors
 /// `too-large` when more than [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes) would be needed, and those of
 /// the stages: see [`detect`](crate::features::detect), [`match_features`](crate::features::match_features),
-/// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`].
+/// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`](crate::depth::refine).
 pub fn align<'a>(
     matches: Option<&[Match]>,
     target: View<'a>,

@@ -9,6 +9,7 @@ use super::semi_global::aggregate;
 use super::subpixel::{SPAN, refine_subpixel};
 use crate::image::{filled, marked, zeroed};
 use crate::observer::{Observer, report};
+use crate::upsampling::neighbours;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Images are not made smaller than this, in pixels: fewer leave hardly any texture around a census window.
@@ -204,13 +205,12 @@ impl<'a> Side<'a> {
             Some(above) if self.shifts.len() == above.width * above.height => above,
             _ => return Ok(shifts),
         };
-        let near = |i: usize, side: usize| [i / 2, (i / 2 + (i & 1)).saturating_sub(1 - (i & 1)).min(side - 1)];
         for (y, out) in shifts.chunks_exact_mut(own.width).enumerate() {
-            let rows = near(y, above.height).map(|v| {
+            let rows = neighbours(y, above.height).map(|v| {
                 (&above.row(v as isize)[MARGIN..][..above.width], &self.shifts[v * above.width..][..above.width])
             });
             for (x, (out, value)) in out.iter_mut().zip(&own.row(y as isize)[MARGIN..]).enumerate() {
-                let columns = near(x, above.width);
+                let columns = neighbours(x, above.width);
                 // The difference, and of the same ones the first.
                 let rank = |i: usize| {
                     let difference = usize::from(rows[i / 2].0[columns[i % 2]].abs_diff(*value));
