@@ -231,7 +231,7 @@ fn the_best_homography_of_many_matches() {
 fn all_measures_of_one_mosaic() {
     // Stripes that the target shows 100 pixels farther left, with the seam in the middle of the overlap.
     let stripes =
-        |x: usize, y: usize| if (x / 37 + y / 53) % 2 == 0 { [200, 190, 180, 255] } else { [60, 70, 80, 255] };
+        |x: usize, y: usize| if (x / 37 + y / 53).is_multiple_of(2) { [200, 190, 180, 255] } else { [60, 70, 80, 255] };
     let crop = |left: usize, width: usize| {
         let all = picture(stripes);
         let data = all.data().chunks(4 * 400).flat_map(|row| row[4 * left..4 * (left + width)].to_vec()).collect();
