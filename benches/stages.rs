@@ -92,7 +92,7 @@ mod native {
 
         let warped = warp(target, reference, forward, reverse, &options.warp, &mut ()).expect("it overlaps");
         group.bench_function("measure", |b| {
-            b.iter(|| quality(black_box(&warped), reference.image).expect("it overlaps"))
+            b.iter(|| quality(black_box(&warped), reference.image, [1.0; 3]).expect("it overlaps"))
         });
         for (name, how) in [("average", BlendOptions::paper()), ("blend", BlendOptions::default())] {
             group.bench_function(name, |b| {

@@ -71,7 +71,10 @@ export interface Calls {
     args: [mosaic: ImageInput, voidMask: Mask, options: Partial<Options>];
     result: ImageOutput;
   };
-  measure: { args: [warped: Warped, reference: ImageInput]; result: Quality };
+  measure: {
+    args: [warped: Warped, reference: ImageInput, gains: readonly number[] | undefined];
+    result: Quality;
+  };
 }
 
 export type CallName = keyof Calls;

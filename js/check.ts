@@ -220,14 +220,22 @@ export function models(value: Models): Models {
 }
 
 export function warped(value: Warped): Warped {
-  const { warped, footprint, offset, clipped } = object("warped", value);
+  const { warped, footprint, confidence, offset, clipped } = object("warped", value);
   const { x, y } = object("offset", offset);
   return {
     warped: output("warped", warped),
     footprint: mask("footprint", footprint),
+    ...(confidence !== undefined && { confidence: mask("confidence", confidence) }),
     offset: { x: number("offset.x", x), y: number("offset.y", y) },
     clipped: clipped === true,
   };
+}
+
+export function gains(value: unknown): readonly number[] | undefined {
+  if (value === undefined) return undefined;
+  if (!Array.isArray(value) || value.length !== 3)
+    throw invalid(`gains must be three numbers, got ${describe(value)}`);
+  return value.map((gain) => number("gains", gain));
 }
 
 /** Properties of options objects that are not options of the algorithm. */

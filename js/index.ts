@@ -27,6 +27,7 @@ import type {
   Mask,
   Matches,
   MatchOptions,
+  MeasureOptions,
   Models,
   Mosaic,
   Options,
@@ -202,16 +203,18 @@ export async function fill(
 }
 
 /**
- * Measures how well warped target and reference agree in the overlap.
+ * Measures how well warped target and reference agree in the overlap, after multiplying the target's
+ * linear light by the gains, if any are given.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `out-of-memory`, `aborted`.
  */
 export async function measure(
   warped: Warped,
   reference: ImageInput,
-  options: CallOptions = {},
+  options: MeasureOptions = {},
 ): Promise<Quality> {
-  return call("measure", [check.warped(warped), check.image("reference", reference)], options);
+  const images = [check.warped(warped), check.image("reference", reference)] as const;
+  return call("measure", [...images, check.gains(options.gains)], options);
 }
 
 /** The default values of all options in a mode. */

@@ -262,11 +262,12 @@ export const OPTIONS = {
       backward: "Backward",
       "backward+void": "Backward + voids",
       optimal: "Optimal",
+      soft: "Soft voids",
     },
-    default: "optimal",
+    default: "soft",
     label: "Warp",
     description:
-      "How the target is rendered: the paper's complete method, or one of its ablations.",
+      'How the target is rendered: the paper\'s complete method ("optimal", with mode "paper" the default), one of its ablations, or with voids of the overlap as a confidence that the seam weighs ("soft").',
   },
   gridColumns: {
     group: "warping",
@@ -314,9 +315,10 @@ export const OPTIONS = {
     min: 0,
     exclusiveMin: true,
     unit: "× average cell",
-    default: 2,
+    default: 5,
     label: "Stretch limit",
-    description: "Outside the reference, a warped cell longer than this is void.",
+    description:
+      'Outside the reference, a warped cell longer than this is void; with mode "paper" 2.',
   },
   canvasLimit: {
     group: "warping",

@@ -75,5 +75,10 @@ export interface BlendOptions extends Settings, CallOptions {
   /** Reference pixels whose alignment is reliable. The seam avoids all others. */
   readonly reliable?: Mask | null | undefined;
 }
+/** Options of `measure`. */
+export interface MeasureOptions extends CallOptions {
+  /** Gains of red, green and blue, such as the mosaic's. */
+  readonly gains?: readonly number[] | undefined;
+}
 /** Options of `fill`. */
 export interface FillOptions extends Settings, CallOptions {}

@@ -95,6 +95,7 @@
 pub mod codecs;
 mod decimal;
 pub mod depth;
+mod distance;
 pub mod error;
 pub mod features;
 pub mod geometry;

@@ -36,6 +36,7 @@ fn warped(shown: impl Fn(usize, usize) -> bool) -> Warped {
     Warped {
         image: picture(|x, y| [90, 90, 90, if drawn(x) && shown(x, y) { 255 } else { 0 }]),
         footprint: mask(|x, _| u8::from(drawn(x))),
+        confidence: None,
         depth: None,
         offset: (FRAME.x, FRAME.y),
         clipped: false,

@@ -27,7 +27,7 @@ fn stage(valid: impl Fn(usize, usize) -> bool, target: impl Fn(usize, usize) -> 
         if valid(x, y) { [r, g, b, 255] } else { [255, 0, (x * y) as u8, 0] }
     });
     let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), CANVAS.0, CANVAS.1).unwrap();
-    Warped { image, footprint, depth: None, offset: (LEFT, 0), clipped: false }
+    Warped { image, footprint, confidence: None, depth: None, offset: (LEFT, 0), clipped: false }
 }
 
 fn reference(pixel: impl Fn(usize, usize) -> [u8; 3]) -> Image {
@@ -195,7 +195,7 @@ fn odd_shapes_are_no_trouble() {
     }
     let dot = picture(1, 1, |_, _| [9, 9, 9, 255]);
     let footprint = Mask::new(vec![255], 1, 1).unwrap();
-    let tiny = Warped { image: dot.clone(), footprint, depth: None, offset: (0, 0), clipped: false };
+    let tiny = Warped { image: dot.clone(), footprint, confidence: None, depth: None, offset: (0, 0), clipped: false };
     for options in ways() {
         assert_eq!(compose(&tiny, &dot, &options).unwrap().image, dot);
     }

@@ -14,7 +14,7 @@ use pictures::picture;
 
 fn warped(image: Image, offset: (usize, usize)) -> Warped {
     let footprint = Mask::new(vec![255; image.width() * image.height()], image.width(), image.height()).unwrap();
-    Warped { image, footprint, depth: None, offset, clipped: false }
+    Warped { image, footprint, confidence: None, depth: None, offset, clipped: false }
 }
 
 /// 40 + 3x + 2y + ⌊xy/9⌋(c + 1) + 17c mod 256
@@ -46,7 +46,7 @@ fn target(width: usize, height: usize, offset: (usize, usize)) -> Warped {
 }
 
 fn measure(target: &Warped, reference: &Image) -> Quality {
-    quality(target, reference.view()).unwrap()
+    quality(target, reference.view(), [1.0; 3]).unwrap()
 }
 
 #[track_caller]
@@ -183,11 +183,11 @@ fn one_pixel_of_overlap() {
 fn refuses_what_cannot_be_measured() {
     let reference = reference(12, 10);
     let empty = warped(picture(30, 30, |x, y| if x < 5 && y < 5 { [9, 9, 9, 255] } else { [0; 4] }), (6, 6));
-    assert_eq!(quality(&empty, reference.view()), Err(Error::NoOverlap { pixels: 0 }.into()));
+    assert_eq!(quality(&empty, reference.view(), [1.0; 3]), Err(Error::NoOverlap { pixels: 0 }.into()));
 
     let small = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (4, 0));
     let error = Error::SizeMismatch { name: "canvas width", expected: 16, actual: 15 };
-    assert_eq!(quality(&small, reference.view()), Err(error.into()));
+    assert_eq!(quality(&small, reference.view(), [1.0; 3]), Err(error.into()));
     let far = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (0, usize::MAX));
-    assert_eq!(quality(&far, reference.view()).unwrap_err().code(), "size-mismatch");
+    assert_eq!(quality(&far, reference.view(), [1.0; 3]).unwrap_err().code(), "size-mismatch");
 }

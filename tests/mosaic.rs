@@ -26,7 +26,7 @@ mod blending {
     }
 
     fn warped(image: Image, footprint: Mask, offset: (usize, usize)) -> Warped {
-        Warped { image, footprint, depth: None, offset, clipped: false }
+        Warped { image, footprint, confidence: None, depth: None, offset, clipped: false }
     }
 
     /// Target and reference, valid or not, black or not; a reference of 1×1 has neighbours that it does not cover.

@@ -8,9 +8,10 @@ pub use appearance::{
     visible_steps, voids,
 };
 
+use crate::mosaic::gain_table;
 use crate::rect::{Rect, bounding_box, extent};
-use crate::warp::Warped;
-use crate::{Error, ImageView, Result};
+use crate::warp::{RELIABLE, Warped};
+use crate::{Error, Image, ImageView, Result};
 
 /// How well the warped target agrees with the reference. Quote PSNR only together with coverage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,16 +29,55 @@ pub struct Quality {
     pub coverage: f64,
 }
 
-/// Measures the overlap, on the reference's grid. Identical images have infinite PSNR.
+/// Measures the overlap, on the reference's grid, after multiplying the target's linear light by those of the `gains` of red,
+/// green and blue that bring it nearer to the reference; with gains of 1 it is taken as it is. Identical pictures have infinite PSNR.
 ///
-/// A pixel of the reference is valid where the warped alpha over it is not 0. SSIM is Wang et al.'s (Gaussian window,
+/// A pixel of the reference is valid where the warped alpha over it is not 0 and the confidence, if there is one, at
+/// least [`RELIABLE`]. SSIM is Wang et al.'s (Gaussian window,
 /// σ = 1.5, 11×11; K₁ = 0.01, K₂ = 0.03, population covariance), the mean over red, green and blue.
 ///
 /// # Errors
-/// `no-overlap` when no pixel of the reference is covered, `size-mismatch`, `out-of-memory`.
-pub fn quality(warped: &Warped, reference: ImageView<'_>) -> Result<Quality> {
+/// `invalid-argument` for gains that are not finite numbers above 0, `no-overlap` when no pixel of the reference is covered, `size-mismatch`, `out-of-memory`.
+pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Result<Quality> {
     warped.check_canvas(reference)?;
-    let whole = Overlap { warped, reference, left: 0, top: 0, width: reference.width(), height: reference.height() };
+    if warped.confidence.is_none() && gains == [1.0; 3] {
+        return measured(&warped.image, warped.offset, reference);
+    }
+    if let Some(&value) = gains.iter().find(|gain| !(gain.is_finite() && **gain > 0.0)) {
+        return Err(Error::InvalidArgument { name: "gains", expected: "finite numbers above 0", value }.into());
+    }
+    let table = gain_table(gains)?;
+    let (width, height) = (reference.width(), reference.height());
+    let mut target = Image::transparent(width, height)?;
+    let stride = warped.image.width();
+    // Squared errors of red, green and blue: as they are, and after the gain.
+    let mut errors = [[0u64; 3]; 2];
+    let rows = target.pixels_mut().chunks_exact_mut(width);
+    for ((y, row), photo) in rows.enumerate().zip(reference.pixels().chunks_exact(width)) {
+        let start = (warped.offset.1 + y) * stride + warped.offset.0;
+        let pixels = &warped.image.pixels()[start..start + width];
+        let confidence = warped.confidence.as_ref().map(|mask| &mask.data()[start..start + width]);
+        for (x, ((out, pixel), other)) in row.iter_mut().zip(pixels).zip(photo).enumerate() {
+            if pixel[3] == 0 || confidence.is_some_and(|confidence| confidence[x] < RELIABLE) {
+                continue;
+            }
+            *out = *pixel;
+            for c in 0..3 {
+                let squared = |level: u8| u64::from(level.abs_diff(other[c])) * u64::from(level.abs_diff(other[c]));
+                errors[0][c] += squared(pixel[c]);
+                errors[1][c] += squared(table[c][usize::from(pixel[c])]);
+            }
+        }
+    }
+    for (c, table) in table.iter().enumerate().filter(|(c, _)| errors[1][*c] < errors[0][*c]) {
+        target.pixels_mut().iter_mut().for_each(|pixel| pixel[c] = table[usize::from(pixel[c])]);
+    }
+    measured(&target, (0, 0), reference)
+}
+
+fn measured(target: &Image, offset: (usize, usize), reference: ImageView<'_>) -> Result<Quality> {
+    let (width, height) = (reference.width(), reference.height());
+    let whole = Overlap { target, offset, reference, left: 0, top: 0, width, height };
     let row = |y: usize| extent(whole.row(y).0.iter().map(|pixel| pixel[3] != 0));
     let Rect { x, y, width, height } = bounding_box(reference.height(), row).ok_or(Error::NoOverlap { pixels: 0 })?;
     let overlap = Overlap { left: x, top: y, width, height, ..whole };
@@ -57,9 +97,11 @@ pub fn quality(warped: &Warped, reference: ImageView<'_>) -> Result<Quality> {
     })
 }
 
-/// A rectangle of the reference, and the canvas over it.
+/// A rectangle of the reference, and the picture over it.
 struct Overlap<'a> {
-    warped: &'a Warped,
+    target: &'a Image,
+    /// Of the reference in the target.
+    offset: (usize, usize),
     reference: ImageView<'a>,
     left: usize,
     top: usize,
@@ -75,7 +117,7 @@ impl<'a> Overlap<'a> {
             data[at..at + 4 * self.width].as_chunks().0
         };
         let (x, y) = (self.left, self.top + y);
-        let (image, (dx, dy)) = (&self.warped.image, self.warped.offset);
+        let (image, (dx, dy)) = (self.target, self.offset);
         (cut(image.data(), image.width(), dx + x, dy + y), cut(self.reference.data(), self.reference.width(), x, y))
     }
 

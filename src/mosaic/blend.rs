@@ -95,7 +95,7 @@ pub struct Mosaic {
 /// Puts the warped target and the reference together. The reference's colours are changed only across the seam.
 ///
 /// The target is valid where the warped alpha is not 0, the reference in its whole frame (its alpha is ignored).
-/// `trusted`, on the reference's grid, says where the alignment is believed: the seam keeps away from elsewhere.
+/// `reliable`, on the reference's grid, says where the alignment is reliable: the seam keeps away from elsewhere.
 ///
 /// # Errors
 /// `size-mismatch` when the reference does not fit the canvas or a mask has another size, `invalid-argument` for options
@@ -103,11 +103,11 @@ pub struct Mosaic {
 pub fn blend(
     warped: &Warped,
     reference: ImageView<'_>,
-    trusted: Option<&Mask>,
+    reliable: Option<&Mask>,
     options: &BlendOptions,
     observer: &mut dyn Observer,
 ) -> Result<Mosaic> {
-    check(warped, reference, trusted, options)?;
+    check(warped, reference, reliable, options)?;
     report(observer, Stage::Blend, 0.0)?;
     let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
     let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
@@ -119,13 +119,14 @@ pub fn blend(
     let mut seam = seam::sides(&image, &placed)?;
 
     let mut span = Span { observer, from: 0.0, to: 1.0 };
+    let doubt = seam::Doubt { reliable, confidence: warped.confidence.as_ref() };
     let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut span.part(0.0, 0.25))?;
     if options.blending == Blending::Average {
         average(&mut image, &placed);
     } else {
         match options.seam {
             Seam::Off => seam::middle(&image, &placed, &mut seam)?,
-            Seam::Cut => seam::cut(&image, &placed, trusted, &mut seam, &mut span.part(0.25, 0.6))?,
+            Seam::Cut => seam::cut(&image, &placed, &doubt, &mut seam, &mut span.part(0.25, 0.6))?,
         }
         let mut span = span.part(0.6, 1.0);
         match options.blending {
@@ -141,10 +142,10 @@ pub fn blend(
     Ok(Mosaic { image, voids: Mask::from_bytes(voids, width, height), seam, gains })
 }
 
-fn check(warped: &Warped, reference: ImageView<'_>, trusted: Option<&Mask>, options: &BlendOptions) -> Result<()> {
+fn check(warped: &Warped, reference: ImageView<'_>, reliable: Option<&Mask>, options: &BlendOptions) -> Result<()> {
     warped.check_canvas(reference)?;
-    if let Some(trusted) = trusted {
-        check_size("trusted", (trusted.width(), trusted.height()), (reference.width(), reference.height()))?;
+    if let Some(reliable) = reliable {
+        check_size("reliable", (reliable.width(), reliable.height()), (reference.width(), reference.height()))?;
     }
     for (name, value, most, expected) in [
         ("feather", options.feather, 1000, "between 0 and 1000 pixels"),

@@ -1,8 +1,8 @@
 //! A ramp across the seam.
 
 use super::canvas::Placed;
-use super::distance::{STRAIGHT, distance, to_outside};
 use super::span::Span;
+use crate::distance::{STRAIGHT, distance, to_outside};
 use crate::{Image, Mask, Result};
 
 /// Blends the reference into `image`, which holds the target: half of either at the seam, one alone from half of `ramp`

@@ -8,7 +8,6 @@ mod average;
 mod blend;
 mod canvas;
 pub mod crop;
-mod distance;
 mod exposure;
 mod feather;
 mod fill;
@@ -18,5 +17,6 @@ mod seam;
 mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::Guide;

@@ -68,6 +68,8 @@ const REFINE_FULL_SIZE: u64 = 6_000_000;
 const VERTEX: u64 = 8;
 /// Colour, footprint.
 const CANVAS: u64 = RGBA + MASK;
+/// Cleaning the outline: what is covered, and distances.
+const OUTLINE: u64 = MASK + 2 * 2;
 /// Mosaic, seam, voids.
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
@@ -196,7 +198,11 @@ impl<'a> Memory<'a> {
     fn warped(&self, canvas: u64) -> u64 {
         let exemplar = self.options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
         let depth = if self.parallax().0 && self.options.warp.depth && exemplar { MAP } else { 0 };
-        self.maps().saturating_add(canvas.saturating_mul(CANVAS + depth))
+        self.maps().saturating_add(canvas.saturating_mul(CANVAS + self.confidence() + depth))
+    }
+
+    fn confidence(&self) -> u64 {
+        if self.options.warp.mode == WarpMode::Soft { MASK } else { 0 }
     }
 
     fn warp(&self, canvas: u64) -> u64 {
@@ -205,7 +211,9 @@ impl<'a> Memory<'a> {
             (columns, rows) => (u64::from(columns) + 1) * (u64::from(rows) + 1),
         };
         let depth = if self.parallax().0 && self.options.warp.mode != WarpMode::Forward { MAP } else { 0 };
-        let made = vertices.saturating_mul(VERTEX).saturating_add(canvas.saturating_mul(CANVAS + depth));
+        let outline = if self.confidence() > 0 { OUTLINE } else { 0 };
+        let own = CANVAS + self.confidence() + outline + depth;
+        let made = vertices.saturating_mul(VERTEX).saturating_add(canvas.saturating_mul(own));
         self.maps().saturating_add(made)
     }
 

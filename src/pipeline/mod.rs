@@ -94,11 +94,11 @@ pub fn stitch(
     let alignment = align_timed(matches, views, options, observer, &mut timer)?;
     let warped = warp_aligned(&alignment, views, options, &memory, observer)?;
     timer.end(Stage::Warp, observer);
-    report(observer, Stage::Measure, 0.0)?;
-    let quality = quality(&warped, reference.image)?;
-    timer.end(Stage::Measure, observer);
     let mut mosaic = blend(&warped, reference.image, alignment.reliable.as_ref(), &options.blend, observer)?;
     timer.end(Stage::Blend, observer);
+    report(observer, Stage::Measure, 0.0)?;
+    let quality = quality(&warped, reference.image, mosaic.gains)?;
+    timer.end(Stage::Measure, observer);
     let crops = fill_and_crop(&mut mosaic, &warped, &alignment, reference, options, observer)?;
     timer.end(Stage::Fill, observer);
 

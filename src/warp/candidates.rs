@@ -3,11 +3,11 @@
 
 use wide::{CmpGt, CmpLt, f32x4, i32x4};
 
-use super::WarpMode;
 use super::batch::{BATCH, Batch, Covered};
 use super::canvas::Canvas;
 use super::sample::{Tap, Taps};
 use super::scene::Scene;
+use super::{RELIABLE, WarpMode};
 use crate::InverseDepth;
 use crate::geometry::Model;
 use crate::lanes::LANES;
@@ -27,6 +27,8 @@ struct Four {
     index: i32x4,
     /// Where they are in the target: the index is −1 for a void.
     taps: Taps,
+    /// Not 0 where the cell is longer than the limit.
+    stretched: i32x4,
     /// The squared distance from there of where the reverse model sends the reference pixel, over β² (paper, equations 10 and 11):
     /// both that and 1 times the same factor.
     distance: f32x4,
@@ -41,8 +43,14 @@ pub(super) struct Candidate<'a> {
 
 impl Candidates {
     pub fn new() -> Self {
-        const EMPTY: Four =
-            Four { at: i32x4::ZERO, index: i32x4::ZERO, taps: Taps::NONE, distance: f32x4::ZERO, one: f32x4::ZERO };
+        const EMPTY: Four = Four {
+            at: i32x4::ZERO,
+            index: i32x4::ZERO,
+            taps: Taps::NONE,
+            stretched: i32x4::ZERO,
+            distance: f32x4::ZERO,
+            one: f32x4::ZERO,
+        };
         Self { fours: [EMPTY; BATCH / LANES], count: 0 }
     }
 
@@ -77,6 +85,21 @@ impl Candidate<'_> {
         self.four.distance.as_array_ref()[self.lane] * strictness < self.four.one.as_array_ref()[self.lane]
     }
 
+    /// Its confidence (see [`super::Warped`]), β² being divided by `strictness`.
+    #[inline(always)]
+    pub fn confidence(&self, strictness: f32) -> u8 {
+        let distance = self.four.distance.as_array_ref()[self.lane] * strictness;
+        let one = self.four.one.as_array_ref()[self.lane];
+        // The conversions saturate.
+        if distance < one {
+            255 - (f32::from(255 - RELIABLE) * distance / one) as u8
+        } else if self.four.stretched.as_array_ref()[self.lane] != 0 {
+            0
+        } else {
+            (f32::from(RELIABLE - 1) * one / distance) as u8
+        }
+    }
+
     /// Where it is in the target.
     #[inline(always)]
     pub fn tap(&self) -> Tap {
@@ -93,8 +116,8 @@ pub(super) struct Locator<'a> {
     /// Width and height of a cell in target pixels.
     step: [f32x4; 2],
     reverse: Projection,
-    /// Whether there are voids.
-    recover: bool,
+    /// Whether there are voids outside the reference, and in the overlap.
+    recover: [bool; 2],
     /// 1/β², β in pixels of the target.
     per_place: f32,
 }
@@ -110,7 +133,11 @@ impl<'a> Locator<'a> {
             target: size,
             step: step.map(|step| f32x4::splat(step as f32)),
             reverse: Projection::new(scene.reverse),
-            recover: scene.options.mode != WarpMode::Backward,
+            recover: match scene.options.mode {
+                WarpMode::Backward => [false; 2],
+                WarpMode::Soft => [true, false],
+                _ => [true; 2],
+            },
             per_place: (1.0 / (place * place * (w * w + h * h))) as f32,
         }
     }
@@ -129,7 +156,7 @@ impl<'a> Locator<'a> {
             let s = [u * self.step[0], (f32x4::splat(j as f32) + v) * self.step[1]];
             let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
             let mut kept = !i32x4::ZERO;
-            if self.recover {
+            if self.recover[0] {
                 kept = !(inside | stretched);
                 // Mostly all four are on the same side.
                 if inside.move_mask() != 0 {
@@ -141,13 +168,22 @@ impl<'a> Locator<'a> {
                     let [u, v, w] = self.reverse.transform(place, f32x4::new([depth(0), depth(1), depth(2), depth(3)]));
                     let (dx, dy) = (u - s[0] * w, v - s[1] * w);
                     (distance, one) = ((dx * dx + dy * dy) * self.per_place, w * w);
-                    let near: i32x4 = bytemuck::cast(w.cmp_gt(f32x4::ZERO) & distance.cmp_lt(one));
-                    kept |= inside & near;
+                    let in_front = w.cmp_gt(f32x4::ZERO);
+                    if self.recover[1] {
+                        let near: i32x4 = bytemuck::cast(in_front & distance.cmp_lt(one));
+                        kept |= inside & near;
+                    } else {
+                        // What is behind the camera is nowhere near; outside there is nothing to compare.
+                        let within: f32x4 = bytemuck::cast(inside);
+                        distance = within & distance;
+                        one = within.blend(in_front & one, f32x4::ONE);
+                        kept |= inside;
+                    }
                 }
             }
             let mut taps = Taps::new(s, self.target);
             taps.index |= !kept;
-            out.fours[k] = Four { at: y * stride + x + shift, index: index | !inside, taps, distance, one };
+            out.fours[k] = Four { at: y * stride + x + shift, index: index | !inside, taps, stretched, distance, one };
         }
         out.count = covered.count;
     }

@@ -3,6 +3,7 @@
 use wide::{CmpGe, CmpLe, f64x2};
 
 use super::Warped;
+use crate::image::check_size;
 use crate::{Error, ImageView, Result};
 
 /// Bytes per canvas pixel: warped target, footprint, depth.
@@ -65,6 +66,9 @@ impl Warped {
         let (image, footprint) = (&self.image, &self.footprint);
         check_side("footprint width", image.width(), footprint.width(), footprint.width() == image.width())?;
         check_side("footprint height", image.height(), footprint.height(), footprint.height() == image.height())?;
+        if let Some(mask) = &self.confidence {
+            check_size("confidence", (mask.width(), mask.height()), (image.width(), image.height()))?;
+        }
         let right = self.offset.0.saturating_add(reference.width());
         let bottom = self.offset.1.saturating_add(reference.height());
         check_side("canvas width", right, image.width(), right <= image.width())?;

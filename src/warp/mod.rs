@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 3.2.1 forward map of the grid | 4 | `grid.rs`; `forward.rs` is direct forward mapping |
 //! | 3.2.1 backward rendering | | `render.rs`, `raster.rs`, `cell.rs`, `sample.rs` |
-//! | 3.2.2 void region recovery | 10 to 12 | `candidates.rs` in the overlap, `stretch.rs` outside |
+//! | 3.2.2 void region recovery | 10 to 12 | `candidates.rs` in the overlap, `stretch.rs` outside; `outline.rs` is ours |
 //! | 3.2.3 overlapped pixels | 13 to 15 | `selection.rs` |
 
 mod batch;
@@ -15,6 +15,7 @@ mod depth;
 mod difference;
 mod forward;
 mod grid;
+mod outline;
 mod raster;
 mod render;
 mod sample;
@@ -37,8 +38,11 @@ pub enum WarpMode {
     /// Cells, with void recovery.
     BackwardVoid,
     /// Cells, with void recovery and overlapped-pixel selection.
-    #[default]
     Optimal,
+    /// As `Optimal`, but in the overlap no candidate is void: those that void recovery would remove are shown where there is no
+    /// other, with a low [confidence](Warped::confidence). Outside, the outline is cleaned.
+    #[default]
+    Soft,
 }
 
 /// Options of [`warp`].
@@ -69,12 +73,12 @@ pub struct WarpOptions {
 impl Default for WarpOptions {
     fn default() -> Self {
         Self {
-            mode: WarpMode::Optimal,
+            mode: WarpMode::Soft,
             grid: (0, 0),
             holes: Holes::Nearest,
             void_distance: 0.02,
             colour_distance: 12.0,
-            stretch_limit: 2.0,
+            stretch_limit: 5.0,
             canvas_limit: 2.0,
             max_bytes: 1 << 31,
             depth: true,
@@ -85,7 +89,13 @@ impl Default for WarpOptions {
 impl WarpOptions {
     /// Those of the published method.
     pub fn paper() -> Self {
-        Self { void_distance: 0.01, colour_distance: f64::INFINITY, ..Self::default() }
+        Self {
+            mode: WarpMode::Optimal,
+            void_distance: 0.01,
+            colour_distance: f64::INFINITY,
+            stretch_limit: 2.0,
+            ..Self::default()
+        }
     }
 }
 
@@ -96,6 +106,10 @@ pub struct Warped {
     pub image: Image,
     /// Where any cell of the target was drawn, voided ones included.
     pub footprint: Mask,
+    /// How well forward and reverse model agree on what is shown: 255 where the reverse model leads back to the very place in
+    /// the target, [`RELIABLE`] at the void distance, towards 0 beyond; 255 outside the reference. `None` unless the mode is
+    /// [`WarpMode::Soft`]: then all that is shown is reliable.
+    pub confidence: Option<Mask>,
     /// Inverse depth of the warped target, in the reference's frame (see [`warp`]), NaN where it is transparent. `None`
     /// without parallax, and unless [`WarpOptions::depth`] is set.
     pub depth: Option<InverseDepth>,
@@ -104,6 +118,9 @@ pub struct Warped {
     /// Whether part of the target lay beyond the canvas limit.
     pub clipped: bool,
 }
+
+/// The least confidence of what void recovery would leave.
+pub const RELIABLE: u8 = 128;
 
 /// Renders the target in the reference's view (paper, algorithm 2). `forward` maps target to reference, `reverse`
 /// back; both take inverse depth as the maps have it.
@@ -153,6 +170,10 @@ pub(crate) fn warp_within(
     report(observer, Stage::Warp, 0.2)?;
     let mut image = Image::transparent(canvas.width, canvas.height)?;
     let mut footprint = Mask::empty(canvas.width, canvas.height)?;
+    let mut confidence = match options.mode {
+        WarpMode::Soft => Some(Mask::empty(canvas.width, canvas.height)?),
+        _ => None,
+    };
     let depth = if options.mode == WarpMode::Forward {
         let mut out = forward::Output { image: &mut image, footprint: &mut footprint, with_depth: options.depth };
         forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut out)?
@@ -166,11 +187,15 @@ pub(crate) fn warp_within(
             reverse,
             options,
         };
-        render::render(&scene, &grid, &canvas, &mut image, &mut footprint, observer)?
+        let mut out = render::Output { image: &mut image, footprint: &mut footprint, confidence: confidence.as_mut() };
+        render::render(&scene, &grid, &canvas, &mut out, observer)?
     };
+    if options.mode == WarpMode::Soft {
+        outline::clean(&mut image, &mut footprint, &canvas, &reference.image)?;
+    }
     let depth = if options.depth { depth::in_reference_frame(depth, &image, forward, canvas.offset) } else { None };
     report(observer, Stage::Warp, 1.0)?;
-    Ok(Warped { image, footprint, depth, offset: canvas.offset, clipped: grid.clipped })
+    Ok(Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped: grid.clipped })
 }
 
 fn check(

@@ -11,18 +11,27 @@ use super::stretch::StretchLimit;
 use crate::observer::{Observer, report};
 use crate::{Image, Mask, Result, Stage};
 
-/// Draws every cell of the grid into `image` and `footprint`, which are empty and of the canvas' size. Returns the
+/// What is drawn into: empty and of the canvas' size.
+pub(super) struct Output<'a> {
+    /// Opaque where a candidate is accepted.
+    pub image: &'a mut Image,
+    /// Set where a candidate is offered.
+    pub footprint: &'a mut Mask,
+    /// Confidence of the accepted candidate, if that is wanted.
+    pub confidence: Option<&'a mut Mask>,
+}
+
+/// Draws every cell of the grid. Returns the
 /// target's own inverse depth at every pixel that shows it, with [`WarpOptions::depth`](super::WarpOptions), and anything
 /// elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
     grid: &VertexGrid,
     canvas: &Canvas,
-    image: &mut Image,
-    footprint: &mut Mask,
+    out: &mut Output<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<f32>> {
-    let mut painter = Painter::new(scene, canvas, image, footprint)?;
+    let mut painter = Painter::new(scene, canvas, out)?;
     let locator = Locator::new(scene, canvas, grid.step);
     let mut candidates = Candidates::new();
     let stretch = StretchLimit::new(grid, scene.options.stretch_limit);

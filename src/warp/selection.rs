@@ -1,14 +1,15 @@
 //! Overlapped pixels (paper, section 3.2.3): of the candidates for a pixel the one that looks most like the reference
 //! becomes it (equations 13 and 14), outside the reference the nearest one (equation 15).
 
-use super::WarpMode;
 use super::candidates::Candidates;
 use super::canvas::Canvas;
 use super::difference;
+use super::render::Output;
 use super::sample::{OPAQUE, photometric_error};
 use super::scene::Scene;
+use super::{RELIABLE, WarpMode};
 use crate::image::zeroed;
-use crate::{Image, InverseDepth, Mask, Result};
+use crate::{InverseDepth, Result};
 
 /// Share of the photos' mean photometric error that is added to 3σ². Tuned on the evaluation cases.
 const USUAL: f64 = 0.19;
@@ -16,10 +17,10 @@ const USUAL: f64 = 0.19;
 /// Decides which candidates become pixels.
 pub(super) struct Painter<'a> {
     scene: &'a Scene<'a>,
-    /// Opaque where a candidate was accepted.
     pixels: &'a mut [[u8; 4]],
-    /// Where a candidate was offered.
     footprint: &'a mut [u8],
+    /// Empty where it is not wanted.
+    confidence: &'a mut [u8],
     /// The target's inverse depth of the accepted candidate; empty where it is not needed.
     pub depth: Vec<f32>,
     /// 1/3σ²: σ is the colour distance, plus a share of how much the photos differ all over.
@@ -27,12 +28,13 @@ pub(super) struct Painter<'a> {
 }
 
 impl<'a> Painter<'a> {
-    pub fn new(scene: &'a Scene<'a>, canvas: &Canvas, image: &'a mut Image, footprint: &'a mut Mask) -> Result<Self> {
+    pub fn new(scene: &'a Scene<'a>, canvas: &Canvas, out: &'a mut Output<'_>) -> Result<Self> {
         let colour = scene.options.colour_distance;
         Ok(Self {
             scene,
-            pixels: image.pixels_mut(),
-            footprint: footprint.data_mut(),
+            pixels: out.image.pixels_mut(),
+            footprint: out.footprint.data_mut(),
+            confidence: out.confidence.as_mut().map_or(&mut [], |confidence| confidence.data_mut()),
             depth: zeroed(needed_depth(scene).map_or(0, |_| canvas.width * canvas.height))?,
             per_colour: if colour.is_finite() {
                 (1.0 / (3.0 * colour * colour + USUAL * difference::mean(scene))) as f32
@@ -47,12 +49,14 @@ impl<'a> Painter<'a> {
     pub fn offer(&mut self, candidates: &Candidates) {
         // What the loop reads lies in locals: nothing that it writes could change it.
         let Scene { target, reference, options, .. } = *self.scene;
-        let select = options.mode == WarpMode::Optimal;
-        let (target_depth, always) = (needed_depth(self.scene).map(InverseDepth::data), options.depth);
+        let soft = options.mode == WarpMode::Soft;
+        let select = soft || options.mode == WarpMode::Optimal;
+        let (target_depth, always) = (needed_depth(self.scene).map(InverseDepth::data), options.depth || soft);
         let per_colour = self.per_colour;
         let footprint = &mut *self.footprint;
         let pixels = &mut self.pixels[..footprint.len()];
         let depths = &mut self.depth[..];
+        let confidences = &mut self.confidence[..];
         for candidate in candidates.iter() {
             let at = candidate.at();
             footprint[at] = 255;
@@ -65,12 +69,16 @@ impl<'a> Painter<'a> {
             let colour = tap.colour(&target);
             // The reference's pixel, in the overlap.
             let like = reference.pixels().get(candidate.index()).map(|&pixel| u32::from_le_bytes(pixel));
+            let mut confidence = 255;
             if let Some(like) = like
-                && per_colour > 0.0
+                && (per_colour > 0.0 || soft)
             {
                 // The void distance is reduced where colours differ: misplaced and unlike is a ghost.
                 let apart = photometric_error(like, colour) as f32 * per_colour;
-                if !candidate.near(1.0 + apart * (1.0 + apart / 16.0)) {
+                let strictness = 1.0 + apart * (1.0 + apart / 16.0);
+                if soft {
+                    confidence = candidate.confidence(strictness);
+                } else if !candidate.near(strictness) {
                     continue;
                 }
             }
@@ -78,13 +86,21 @@ impl<'a> Painter<'a> {
             let nearness = depth.map(|depth| depth[tap.nearest]);
             if taken {
                 // The error of the one already there is computed from its pixel, so that errors need not be stored.
-                let worse = match like {
-                    Some(like) => photometric_error(like, colour) >= photometric_error(like, there),
+                let reliable = [confidence >= RELIABLE, !soft || confidences[at] >= RELIABLE];
+                // Of several that are not, the nearest one hides the others, as outside.
+                let worse = match like.filter(|_| reliable[0] || reliable[1]) {
+                    Some(like) if reliable[0] == reliable[1] => {
+                        photometric_error(like, colour) >= photometric_error(like, there)
+                    }
+                    Some(_) => reliable[1],
                     None => nearness.is_none_or(|nearness| nearness <= depths[at]),
                 };
                 if worse {
                     continue;
                 }
+            }
+            if soft {
+                confidences[at] = confidence;
             }
             if let Some(nearness) = nearness {
                 depths[at] = nearness;
@@ -96,5 +112,7 @@ impl<'a> Painter<'a> {
 
 /// The target's depth map, if anything reads it: the selection outside the reference, or the caller.
 fn needed_depth<'a>(scene: &Scene<'a>) -> Option<&'a InverseDepth> {
-    scene.target_depth.filter(|_| scene.options.depth || scene.options.mode == WarpMode::Optimal)
+    scene
+        .target_depth
+        .filter(|_| scene.options.depth || matches!(scene.options.mode, WarpMode::Optimal | WarpMode::Soft))
 }

@@ -137,6 +137,13 @@ pub(super) fn mosaic(value: &JsValue) -> Result<Mosaic> {
     })
 }
 
+/// Gains of red, green and blue; 1 where none are given.
+pub(super) fn gains(value: &JsValue) -> Result<[f64; 3]> {
+    let Some(array) = value.dyn_ref::<js_sys::Array>() else { return Ok([1.0; 3]) };
+    check_length("gains", array.length(), 3)?;
+    Ok([0, 1, 2].map(|c| array.get(c).as_f64().unwrap_or(f64::NAN)))
+}
+
 /// A `Warped`.
 pub(super) fn warped(value: &JsValue) -> Result<Warped> {
     let offset = get(value, "offset");
@@ -144,6 +151,10 @@ pub(super) fn warped(value: &JsValue) -> Result<Warped> {
     Ok(Warped {
         image: image("warped", &get(value, "warped"))?,
         footprint: mask("footprint", &get(value, "footprint"))?,
+        confidence: match get(value, "confidence") {
+            none if none.is_undefined() => None,
+            confidence => Some(mask("confidence", &confidence)?),
+        },
         depth: None,
         offset: (side("x")?, side("y")?),
         clipped: get(value, "clipped").is_truthy(),

@@ -103,7 +103,7 @@ impl Reader<'_> {
         self.choice(
             &specs::WARP_MODE,
             &mut warp.mode,
-            &[WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal],
+            &[WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal, WarpMode::Soft],
         );
         self.whole(&specs::GRID_COLUMNS, &mut warp.grid.0);
         self.whole(&specs::GRID_ROWS, &mut warp.grid.1);

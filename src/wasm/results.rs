@@ -86,6 +86,9 @@ pub(super) fn matches(matches: &[Match]) -> JsValue {
 pub(super) fn add_warped(to: &JsValue, warped: &Warped) {
     put(to, "warped", image(&warped.image));
     put(to, "footprint", mask(&warped.footprint));
+    if let Some(confidence) = &warped.confidence {
+        put(to, "confidence", mask(confidence));
+    }
     put(to, "offset", numbers(&[("x", warped.offset.0 as f64), ("y", warped.offset.1 as f64)]));
     put(to, "clipped", warped.clipped.into());
 }

@@ -82,10 +82,10 @@ pub(super) const REFINEMENT_RANGE: Spec =
     Spec { name: "refinementRange", expected: "a number of at least 0", min: 0.0, max: f64::MAX, choices: &[] };
 pub(super) const WARP_MODE: Spec = Spec {
     name: "warpMode",
-    expected: "'forward', 'backward', 'backward+void' or 'optimal'",
+    expected: "'forward', 'backward', 'backward+void', 'optimal' or 'soft'",
     min: 0.0,
     max: 0.0,
-    choices: &["forward", "backward", "backward+void", "optimal"],
+    choices: &["forward", "backward", "backward+void", "optimal", "soft"],
 };
 pub(super) const GRID_COLUMNS: Spec =
     Spec { name: "gridColumns", expected: "an integer from 0 to 65535", min: 0.0, max: 65535.0, choices: &[] };

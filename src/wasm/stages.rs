@@ -260,12 +260,16 @@ pub fn fill(
 
 /// PSNR, SSIM and coverage alone.
 #[wasm_bindgen]
-pub fn measure(warped: &WarpedObject, reference: &ImageInput) -> std::result::Result<QualityObject, JsValue> {
+pub fn measure(
+    warped: &WarpedObject,
+    reference: &ImageInput,
+    #[wasm_bindgen(unchecked_param_type = "readonly number[] | undefined")] gains: &JsValue,
+) -> std::result::Result<QualityObject, JsValue> {
     observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
         observer.progress(Stage::Measure, 0.0);
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
-        Ok(results::quality(&metrics::quality(&warped, reference.view())?))
+        Ok(results::quality(&metrics::quality(&warped, reference.view(), inputs::gains(gains)?)?))
     })
     .map(JsCast::unchecked_into)
 }

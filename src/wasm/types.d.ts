@@ -115,8 +115,12 @@ export interface Options {
    * matches. Unit: px.
    */
   refinementRange: number;
-  /** How the target is rendered: the paper's complete method, or one of its ablations. */
-  warpMode: "forward" | "backward" | "backward+void" | "optimal";
+  /**
+   * How the target is rendered: the paper's complete method ("optimal", with mode "paper" the
+   * default), one of its ablations, or with voids of the overlap as a confidence that the seam
+   * weighs ("soft").
+   */
+  warpMode: "forward" | "backward" | "backward+void" | "optimal" | "soft";
   /** Columns of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
   gridColumns: number;
   /** Rows of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
@@ -129,7 +133,10 @@ export interface Options {
    * alone it is reduced by up to half. Unit: × target diagonal.
    */
   voidDistance: number;
-  /** Outside the reference, a warped cell longer than this is void. Unit: × average cell. */
+  /**
+   * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Unit: ×
+   * average cell.
+   */
   stretchLimit: number;
   /** How far the canvas may extend beyond each side of the reference. Unit: × reference size. */
   canvasLimit: number;
@@ -281,6 +288,11 @@ export interface Warped {
   warped: ImageOutput;
   /** Pixels covered by any cell of the target, including those declared void. */
   footprint: Mask;
+  /**
+   * With `warpMode: "soft"`, how well forward and reverse model agree on what is shown: 255 fully, 128
+   * at the void distance, towards 0 beyond. Without it, all that is shown is reliable.
+   */
+  confidence?: Mask;
   /** Position of the reference's top left pixel on the canvas. */
   offset: { x: number; y: number };
   /** Whether part of the target was cut off by the canvas limit. */

@@ -11,6 +11,21 @@ use super::span::Span;
 use crate::srgb::linear_light;
 use crate::{Image, Result};
 
+/// What multiplying linear light by the gains makes of every level of red, green and blue.
+pub(crate) fn gain_table(gains: [f64; 3]) -> Result<[[u8; 256]; 3]> {
+    let linear = linear_light();
+    let levels = tone::levels(&linear)?;
+    let last = (tone::STEPS - 1) as f64;
+    let gained = |gain: f64, level: usize| {
+        if gain == 1.0 {
+            return level as u8;
+        }
+        // The conversion saturates.
+        levels[((f64::from(linear[level]) * gain * last + 0.5) as usize).min(tone::STEPS - 1)]
+    };
+    Ok(gains.map(|gain| std::array::from_fn(|level| gained(gain, level))))
+}
+
 /// Adjusts the target in `image`; what it was multiplied by on average over the overlap.
 pub(super) fn adjust(
     image: &mut Image,

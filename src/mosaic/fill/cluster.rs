@@ -1,8 +1,8 @@
 //! Voids far from one another are filled apart, each in a window of its own.
 
-use super::super::distance::STRAIGHT;
 use super::parts::{Part, Parts, TILE};
 use crate::Result;
+use crate::distance::STRAIGHT;
 use crate::image::{reserve, zeroed};
 use crate::rect::Rect;
 

@@ -1,8 +1,8 @@
 //! Which void is filled how: by its width.
 
-use super::super::distance::{STRAIGHT, distance};
 use super::smooth::reserve_more;
 use super::{FillMethod, FillOptions};
+use crate::distance::{STRAIGHT, distance};
 use crate::image::reserve;
 use crate::rect::Rect;
 use crate::{Image, Mask, Result};

@@ -1,23 +1,37 @@
 //! Cost of the seam at each pixel: how much the photos differ there in colour and gradient.
 
+use std::ops::Range;
+
 use wide::i32x4;
 
 use super::level::Level;
-use super::{BOTH, COARSEST};
+use super::texture::Texture;
+use super::{BOTH, COARSEST, Doubt};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
 use crate::mosaic::span::Span;
 use crate::rect::{bounding_box, extent};
+use crate::warp::RELIABLE;
 use crate::{Image, Mask, Result};
 
-/// Extra cost of a pixel whose alignment is not reliable.
-const UNRELIABLE: u16 = 60;
+/// Half the side in pixels of the window whose mean differences in colour are looked at: what is seen of a step.
+const RADIUS: usize = 2;
+/// Rows that are needed at once.
+const ROWS: usize = 2 * RADIUS + 1;
+/// What a level of that difference costs.
+const STEP: i32 = 8;
+/// What a pixel costs on top that the refinement does not vouch for.
+const UNRELIABLE: i32 = 40;
+/// What it costs to show a target pixel of no confidence that looks nothing like the reference.
+const DOUBT: i32 = 32;
+/// Mean differences, over three channels, from which on two pixels look nothing like each other.
+const UNLIKE: i32 = 64;
 
 /// The level of the canvas' pixels around where both photos are valid; `None` where they nowhere are.
 pub(super) fn finest(
     image: &Image,
     reference: &Placed<'_>,
-    trusted: Option<&Mask>,
+    doubt: &Doubt<'_>,
     seam: &Mask,
     span: &mut Span<'_>,
 ) -> Result<Option<Level>> {
@@ -29,37 +43,125 @@ pub(super) fn finest(
         |y: usize| extent(seam.data()[y * seam.width()..(y + 1) * seam.width()].iter().map(|&side| side == BOTH));
     let Some(overlap) = bounding_box(size.1, overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
+    let texture = Texture::of(image, reference, seam, (columns.clone(), rows.clone()))?;
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
-    let mut above: Vec<Difference> = zeroed(columns.len())?;
-    let pixels = image.pixels();
-    for (j, y) in rows.clone().enumerate() {
+    let mut differences = Differences::new(image, reference, seam, columns.clone())?;
+    for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
+        let y = rows.start + j;
         span.row(j, rows.len())?;
-        let photo = reference.row(y);
-        let mut left = Difference::default();
-        let cells = &mut level.cells[j * columns.len()..(j + 1) * columns.len()];
-        for ((x, above), cell) in columns.clone().zip(&mut above).zip(cells) {
-            let at = y * seam.width() + x;
-            cell.side = seam.data()[at];
-            let mut here = Difference::default();
-            if let Some(other) = reference.pixel(photo, x).filter(|_| cell.side == BOTH) {
-                here = [(levels(pixels[at]) - levels(other)), i32x4::splat(-1)];
-                // The difference in colour, and that in gradient towards the neighbours to the left and above.
-                let change = |from: Difference| (here[0] - from[0]).abs() & from[1];
-                let sum = here[0].abs() + here[0].abs() + change(left) + change(*above);
-                let place = (y - reference.top) * reference.photo.width() + x - reference.left;
-                let reliable = trusted.is_none_or(|trusted| trusted.data()[place] != 0);
-                cell.cost = sum.reduce_add() as u16 + if reliable { 0 } else { UNRELIABLE };
+        differences.advance(y, rows.clone());
+        let mut around = differences.around(0);
+        let at = y * seam.width() + columns.start;
+        let sides = &seam.data()[at..at + columns.len()];
+        for (i, (cell, &side)) in cells.iter_mut().zip(sides).enumerate() {
+            cell.side = side;
+            if i > 0 {
+                around += differences.column(i + RADIUS) - differences.column_before(i);
             }
-            (left, *above) = (here, here);
+            if side != BOTH {
+                continue;
+            }
+            let x = columns.start + i;
+            let [.., count] = around.to_array();
+            let apart = (around.abs() & COLOURS).reduce_add() / count.abs().max(1);
+            let change = differences.change(y, i);
+            let confidence = doubt.confidence.map_or(255, |mask| mask.data()[at + i]);
+            let place = (y - reference.top) * reference.photo.width() + x - reference.left;
+            let reliable = doubt.reliable.is_none_or(|mask| mask.data()[place] != 0);
+            let lost = i32::from(RELIABLE.saturating_sub(confidence));
+            let unlike = apart.min(UNLIKE);
+            let extra = if reliable { 0 } else { UNRELIABLE };
+            let cost = (STEP * apart + change) * 16 / texture.excuse(i, j) + extra;
+            cell.cost = cost.clamp(0, i32::from(u16::MAX / 2)) as u16;
+            cell.doubt = (DOUBT * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
         }
     }
     Ok(Some(level))
 }
 
-/// Target minus reference, in levels, and all ones; zeros where it is not known.
-type Difference = [i32x4; 2];
+/// The lanes that are red, green and blue.
+const COLOURS: i32x4 = i32x4::new([-1, -1, -1, 0]);
+
+/// Target minus reference in levels, and −1 where it is known; zeros where it is not.
+struct Differences<'a> {
+    image: &'a Image,
+    reference: &'a Placed<'a>,
+    seam: &'a Mask,
+    columns: Range<usize>,
+    /// The last rows, each at its number modulo theirs.
+    ring: Vec<i32x4>,
+    /// Their sums.
+    sums: Vec<i32x4>,
+    /// The rows in them.
+    rows: Range<usize>,
+}
+
+impl<'a> Differences<'a> {
+    fn new(image: &'a Image, reference: &'a Placed<'a>, seam: &'a Mask, columns: Range<usize>) -> Result<Self> {
+        let (ring, sums) = (zeroed(ROWS * columns.len())?, zeroed(columns.len())?);
+        Ok(Self { image, reference, seam, columns, ring, sums, rows: 0..0 })
+    }
+
+    /// Looks at the rows around `y`, as far as there are any.
+    fn advance(&mut self, y: usize, all: Range<usize>) {
+        if self.rows.is_empty() {
+            self.rows = all.start..all.start;
+        }
+        let width = self.columns.len();
+        while self.rows.end < (y + RADIUS + 1).min(all.end) {
+            let row = self.rows.end;
+            let slot = row % ROWS * width..(row % ROWS + 1) * width;
+            let photo = self.reference.row(row);
+            let at = row * self.seam.width() + self.columns.start;
+            let pixels = &self.image.pixels()[at..at + width];
+            let sides = &self.seam.data()[at..at + width];
+            for ((((x, difference), sum), pixel), &side) in
+                self.columns.clone().zip(&mut self.ring[slot]).zip(&mut self.sums).zip(pixels).zip(sides)
+            {
+                let mut new = i32x4::ZERO;
+                if side == BOTH
+                    && let Some(other) = self.reference.pixel(photo, x)
+                {
+                    new = (levels(*pixel) - levels(other)) & COLOURS | !COLOURS;
+                }
+                *sum += new - *difference;
+                *difference = new;
+            }
+            self.rows.end += 1;
+        }
+    }
+
+    /// Sum over the rows in a column of the window; nothing outside of it.
+    #[inline(always)]
+    fn column(&self, i: usize) -> i32x4 {
+        self.sums.get(i).copied().unwrap_or(i32x4::ZERO)
+    }
+
+    /// The column that the window around `i` has left behind.
+    #[inline(always)]
+    fn column_before(&self, i: usize) -> i32x4 {
+        i.checked_sub(RADIUS + 1).map_or(i32x4::ZERO, |i| self.column(i))
+    }
+
+    /// Sum over the window around a column.
+    fn around(&self, i: usize) -> i32x4 {
+        (i.saturating_sub(RADIUS)..i + RADIUS + 1).fold(i32x4::ZERO, |sum, i| sum + self.column(i))
+    }
+
+    /// How much the difference changes from the neighbours to the left and above: that of the gradients.
+    #[inline(always)]
+    fn change(&self, y: usize, i: usize) -> i32 {
+        let width = self.columns.len();
+        let row = y % ROWS * width;
+        let here = self.ring[row + i];
+        let from = |other: i32x4| if other.as_array_ref()[3] != 0 { (here - other).abs().reduce_add() } else { 0 };
+        let left = if i > 0 { from(self.ring[row + i - 1]) } else { 0 };
+        let above = if y > self.rows.start { from(self.ring[(y + ROWS - 1) % ROWS * width + i]) } else { 0 };
+        left + above
+    }
+}
 
 /// Red, green, blue, 0.
-fn levels([r, g, b, _]: [u8; 4]) -> i32x4 {
+pub(super) fn levels([r, g, b, _]: [u8; 4]) -> i32x4 {
     i32x4::new([r, g, b, 0].map(i32::from))
 }

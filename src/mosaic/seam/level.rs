@@ -1,12 +1,14 @@
 //! The grid on which the cut is made, at one resolution.
 
 use super::flow::{Flow, NEIGHBOURS};
-use super::{BOTH, NONE, REFERENCE, TARGET};
+use super::{BOTH, NONE, REFERENCE, TARGET, islands};
 use crate::image::{defaults, zeroed};
 use crate::{Mask, Result};
 
 /// What a step of the seam costs in itself.
-const STEP: i32 = 12;
+const STEP: i32 = 16;
+/// An island is at least one in so many of the cells that both photos cover.
+const ISLANDS: usize = 400;
 /// Cells from the present seam that a finer level may move it.
 const BAND: usize = 2;
 /// What a cell of the coarsest level costs on top next to where only one photo is valid, and two cells away half of it.
@@ -24,9 +26,11 @@ pub(super) struct Cell {
     /// Which photos are valid; [`BOTH`] is where there is something to decide.
     pub side: u8,
     /// Which photo shows: nothing until it is decided.
-    shown: u8,
+    pub shown: u8,
     /// What a seam through the cell costs.
     pub cost: u16,
+    /// What it costs to show the target there.
+    pub doubt: u16,
     /// Number in the graph, counted from 1; 0 where there is nothing to decide.
     node: u32,
 }
@@ -55,12 +59,14 @@ impl Level {
         let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
         let (mut x, mut y) = (0, 0);
         for cell in &mut half.cells {
-            let (mut counts, mut sum) = ([0u32; 4], 0);
+            let (mut counts, mut sum, mut doubt) = ([0u32; 4], 0, 0);
             for (i, j) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
                 if i < self.width && j < self.height {
                     let fine = &self.cells[j * self.width + i];
                     counts[usize::from(fine.side & BOTH)] += 1;
-                    sum += if fine.side == BOTH { u32::from(fine.cost) } else { 0 };
+                    if fine.side == BOTH {
+                        (sum, doubt) = (sum + u32::from(fine.cost), doubt + u32::from(fine.doubt));
+                    }
                 }
             }
             let [_, target, reference, both] = counts;
@@ -71,12 +77,20 @@ impl Level {
                 _ => REFERENCE,
             };
             cell.cost = sum.checked_div(both).unwrap_or(0) as u16;
+            // A cell has four times the pixels, and twice the sides of pixels: these are the unit.
+            cell.doubt = (2 * doubt).checked_div(both).unwrap_or(0).min(u32::from(u16::MAX)) as u16;
             x += 2;
             if x >= self.width {
                 (x, y) = (0, y + 2);
             }
         }
         Ok(half)
+    }
+
+    /// Leaves no islands smaller than a small share of what was to be decided.
+    pub fn merge_islands(&mut self) -> Result<()> {
+        let least = self.free() / ISLANDS;
+        islands::merge(&mut self.cells, self.width, least)
     }
 
     /// Writes the decisions into the canvas' mask.
@@ -130,6 +144,7 @@ impl Level {
         };
         for (at, cell) in self.cells.iter().enumerate().filter(|(_, cell)| cell.node != 0) {
             let (i, own) = (cell.node as usize - 1, cost(at));
+            flow.tie(i, false, i32::from(cell.doubt));
             for (k, (dx, dy)) in NEIGHBOURS.into_iter().enumerate() {
                 let x = (at % self.width).wrapping_add_signed(dx);
                 let y = (at / self.width).wrapping_add_signed(dy);

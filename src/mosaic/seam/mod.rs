@@ -6,11 +6,13 @@
 
 mod cost;
 mod flow;
+mod islands;
 mod level;
+mod texture;
 
 use super::canvas::Placed;
-use super::distance::{distance, to_outside};
 use super::span::Span;
+use crate::distance::{distance, to_outside};
 use crate::{Image, Mask, Result};
 use level::Level;
 
@@ -50,15 +52,23 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
     Ok(())
 }
 
+/// Where the alignment may be wrong.
+pub(super) struct Doubt<'a> {
+    /// On the reference's grid, where it is reliable.
+    pub reliable: Option<&'a Mask>,
+    /// Of the warped target's pixels: see [`crate::warp::Warped`].
+    pub confidence: Option<&'a Mask>,
+}
+
 /// Decides by a minimum cut for every pixel that both photos cover.
 pub(super) fn cut(
     image: &Image,
     reference: &Placed<'_>,
-    trusted: Option<&Mask>,
+    doubt: &Doubt<'_>,
     seam: &mut Mask,
     span: &mut Span<'_>,
 ) -> Result<()> {
-    let Some(finest) = cost::finest(image, reference, trusted, seam, &mut span.part(0.0, 0.5))? else {
+    let Some(finest) = cost::finest(image, reference, doubt, seam, &mut span.part(0.0, 0.5))? else {
         return Ok(());
     };
     let mut levels = vec![finest];
@@ -73,7 +83,8 @@ pub(super) fn cut(
         level.cut(coarser.as_ref(), &borders, (coarsest - levels.len() - 1) as u32)?;
         coarser = Some(level);
     }
-    if let Some(level) = coarser {
+    if let Some(mut level) = coarser {
+        level.merge_islands()?;
         level.write(seam);
     }
     Ok(())

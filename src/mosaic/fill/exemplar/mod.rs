@@ -11,9 +11,9 @@ mod search;
 mod vote;
 
 use super::super::Guide;
-use super::super::distance::{STRAIGHT, distance};
 use super::Progress;
 use super::cluster::Cluster;
+use crate::distance::{STRAIGHT, distance};
 use crate::image::reserve;
 use crate::rect::Rect;
 use crate::sampler::Sampler;

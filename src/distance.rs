@@ -6,7 +6,7 @@ use crate::Result;
 use crate::image::{filled, reserve};
 
 /// Step lengths of the 5-7 chamfer distance: within 8 % of the Euclidean one, exact in integers.
-pub(super) const STRAIGHT: u32 = 5;
+pub(crate) const STRAIGHT: u32 = 5;
 const DIAGONAL: u16 = 7;
 /// Farther than anything that is told apart.
 const FAR: u16 = u16::MAX;
@@ -15,7 +15,7 @@ const LANES: usize = 8;
 
 /// Distance of every cell of a grid, `width` cells a row, from the nearest one of which `inside` is true: [`STRAIGHT`] to
 /// the pixel; the greatest number if there is none, or none within 13 107 pixels.
-pub(super) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
+pub(crate) fn distance(cells: usize, width: usize, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
     let mut grid = Vec::new();
     reserve(&mut grid, cells)?;
     grid.extend((0..cells).map(|cell| if inside(cell) { 0 } else { FAR }));
@@ -50,6 +50,6 @@ fn sweep(grid: &mut [u16], width: usize) -> Result<()> {
 }
 
 /// Distance of a pixel from what is outside of a picture.
-pub(super) fn to_outside((x, y): (usize, usize), (width, height): (usize, usize)) -> u32 {
+pub(crate) fn to_outside((x, y): (usize, usize), (width, height): (usize, usize)) -> u32 {
     (x + 1).min(y + 1).min(width - x).min(height - y) as u32 * STRAIGHT
 }

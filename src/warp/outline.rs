@@ -1,0 +1,101 @@
+//! A clean outline outside the reference: what a depth map frays there is no part of the scene.
+
+use super::canvas::Canvas;
+use crate::distance::{STRAIGHT, distance};
+use crate::image::{reserve, zeroed};
+use crate::{Image, ImageView, Mask, Result};
+
+/// Half the width of what is too thin to stay, or to stay open, as a share of the reference's diagonal; in pixels at least.
+const THIN: f64 = 0.0025;
+const THINNEST: u32 = 2;
+/// Pieces of the outline that do not touch the reference, and pieces in a void, smaller than these shares of the reference
+/// are dropped.
+const PIECE: usize = 20;
+const SPECK: usize = 2000;
+
+/// Drops small pieces outside the reference, and opens and closes the footprint there by a small disc: what it loses is
+/// no longer shown, what it gains is void.
+pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, reference: &ImageView<'_>) -> Result<()> {
+    let (width, cells) = (canvas.width, canvas.width * canvas.height);
+    let (left, top) = canvas.offset;
+    let size = (reference.width(), reference.height());
+    let in_reference = |at: usize| (at % width).wrapping_sub(left) < size.0 && (at / width).wrapping_sub(top) < size.1;
+    let (w, h) = (size.0 as f64, size.1 as f64);
+    let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;
+    let mut covered: Vec<u8> = zeroed(cells)?;
+    let mark = |covered: &mut [u8], shown: &dyn Fn(usize) -> bool| {
+        for (at, covered) in covered.iter_mut().enumerate() {
+            *covered = if in_reference(at) { REFERENCE } else { u8::from(shown(at)) };
+        }
+    };
+    // Specks in voids are filled over.
+    mark(&mut covered, &|at| image.pixels()[at][3] != 0);
+    drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |at| image.pixels_mut()[at] = [0; 4])?;
+    mark(&mut covered, &|at| footprint.data()[at] != 0);
+    drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
+    // Where a disc has room, and half as much around, so that corners are not cut off.
+    let inwards = distance(cells, width, &|at| covered[at] == 0)?;
+    let outwards = distance(cells, width, &|at| u32::from(inwards[at]) > radius)?;
+    for (at, covered) in covered.iter_mut().enumerate() {
+        if *covered == 1 && u32::from(outwards[at]) > radius + radius / 2 {
+            *covered = 0;
+        }
+    }
+    // Gaps in which no disc has room.
+    let to_covered = distance(cells, width, &|at| covered[at] != 0)?;
+    let to_open = distance(cells, width, &|at| u32::from(to_covered[at]) > radius)?;
+    for (at, covered) in covered.iter().enumerate().filter(|(_, covered)| **covered != REFERENCE) {
+        let stays = *covered != 0 || u32::from(to_open[at]) > radius;
+        footprint.data_mut()[at] = if stays { 255 } else { 0 };
+        if !stays {
+            image.pixels_mut()[at] = [0; 4];
+        }
+    }
+    Ok(())
+}
+
+/// What is covered by the reference; the target alone is 1.
+const REFERENCE: u8 = 2;
+
+/// Uncovers what hangs together, does not touch the reference and has fewer than `least` pixels.
+fn drop_small(covered: &mut [u8], width: usize, least: usize, dropped: &mut dyn FnMut(usize)) -> Result<()> {
+    let mut seen: Vec<u8> = zeroed(covered.len())?;
+    let mut piece: Vec<u32> = Vec::new();
+    reserve(&mut piece, covered.len())?;
+    for first in 0..covered.len() {
+        if covered[first] != 1 || seen[first] != 0 {
+            continue;
+        }
+        piece.clear();
+        piece.push(first as u32);
+        seen[first] = 1;
+        let (mut next, mut touches) = (0, false);
+        while let Some(&at) = piece.get(next) {
+            let at = at as usize;
+            let x = at % width;
+            for (there, other) in [
+                (x > 0, at.wrapping_sub(1)),
+                (x + 1 < width, at + 1),
+                (true, at.wrapping_sub(width)),
+                (true, at + width),
+            ] {
+                match covered.get(other).filter(|_| there) {
+                    Some(1) if seen[other] == 0 => {
+                        seen[other] = 1;
+                        piece.push(other as u32); // each pixel once, so there is room
+                    }
+                    Some(&REFERENCE) => touches = true,
+                    _ => {}
+                }
+            }
+            next += 1;
+        }
+        if !touches && piece.len() < least {
+            for &at in &piece {
+                covered[at as usize] = 0;
+                dropped(at as usize);
+            }
+        }
+    }
+    Ok(())
+}
