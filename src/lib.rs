@@ -18,7 +18,7 @@
 //!
 //! # fn noise(x: usize, y: usize) -> [u8; 4] {
 //! #     let hash = |i: usize, j: usize| {
-//! #         let h = (i as u64 * 0x9e37_79b9_7f4a_7c15) ^ (j as u64 * 0xc2b2_ae3d_27d4_eb4f);
+//! #         let h = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (j as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
 //! #         ((h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 56) as f64
 //! #     };
 //! #     let (i, j, u, v) = (x / 7, y / 7, (x % 7) as f64 / 7.0, (y % 7) as f64 / 7.0);
@@ -52,7 +52,7 @@
 //!
 //! # fn noise(x: usize, y: usize) -> [u8; 4] {
 //! #     let hash = |i: usize, j: usize| {
-//! #         let h = (i as u64 * 0x9e37_79b9_7f4a_7c15) ^ (j as u64 * 0xc2b2_ae3d_27d4_eb4f);
+//! #         let h = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (j as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
 //! #         ((h ^ (h >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 56) as f64
 //! #     };
 //! #     let (i, j, u, v) = (x / 7, y / 7, (x % 7) as f64 / 7.0, (y % 7) as f64 / 7.0);
