@@ -110,6 +110,7 @@ mod rect;
 pub mod report;
 mod rows;
 mod sampler;
+mod sort;
 mod srgb;
 mod statistics;
 mod upsampling;

@@ -10,6 +10,7 @@ use super::selection::select;
 use super::{DetectOptions, Features, Keypoint};
 use crate::image::indices;
 use crate::observer::{Observer, report};
+use crate::sort::sort_indices;
 use crate::{Error, ImageView, Result, Stage};
 
 /// By which factor the contrast threshold may be lowered when there are too few keypoints.
@@ -142,10 +143,9 @@ fn describe_all(
 fn arrange(features: &mut Features) -> Result<()> {
     let at = |i: u32| &features.keypoints[i as usize];
     let mut order = indices(features.keypoints.len())?;
-    order.sort_unstable_by(|&a, &b| at(a).by_place(at(b)).then(a.cmp(&b)));
+    sort_indices(&mut order, &|a, b| at(a).by_place(at(b)).then(a.cmp(&b)));
     order.dedup_by(|a, b| at(*a).by_place(at(*b)).is_eq());
-    // Stable: keypoints of equal contrast stay in the order of their places.
-    order.sort_by(|&a, &b| at(b).response.total_cmp(&at(a).response));
+    sort_indices(&mut order, &|a, b| at(b).response.total_cmp(&at(a).response).then_with(|| at(a).by_place(at(b))));
     *features = features.permuted(&order)?;
     Ok(())
 }

@@ -29,6 +29,7 @@ use std::cmp::Ordering;
 
 use crate::Result;
 use crate::image::{indices, reserve};
+use crate::sort::sort_indices;
 
 /// A distinctive place of a photo: an extremum of the difference of Gaussians.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,10 +81,8 @@ impl Features {
     /// The features ordered by place, and the index that each has here.
     fn ordered_by_place(&self) -> Result<(Self, Vec<u32>)> {
         let mut order = indices(self.keypoints.len())?;
-        order.sort_unstable_by(|&a, &b| {
-            let at = |i: u32| &self.keypoints[i as usize];
-            at(a).by_place(at(b)).then(a.cmp(&b))
-        });
+        let at = |i: u32| &self.keypoints[i as usize];
+        sort_indices(&mut order, &|a, b| at(a).by_place(at(b)).then(a.cmp(&b)));
         Ok((self.permuted(&order)?, order))
     }
 }

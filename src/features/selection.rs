@@ -3,6 +3,7 @@
 use super::extrema::Extremum;
 use crate::Result;
 use crate::image::{indices, zeroed};
+use crate::sort::sort_indices;
 
 /// Cells of the grid along the longer side of the photo.
 const CELLS: f32 = 12.0;
@@ -20,11 +21,12 @@ pub(super) fn select(
     let at = |i: u32| &found[i as usize];
     // Fits that start at neighbouring samples may converge to the same extremum.
     let mut unique = indices(found.len())?;
-    unique.sort_unstable_by_key(|&i| (at(i).place(), i));
+    sort_indices(&mut unique, &|a, b| (at(a).place(), a).cmp(&(at(b).place(), b)));
     unique.dedup_by_key(|i| at(*i).place());
-    // Stable: extrema of equal contrast stay in the order of their places.
     let mut order = unique.clone();
-    order.sort_by(|&a, &b| at(b).response.total_cmp(&at(a).response));
+    sort_indices(&mut order, &|a, b| {
+        at(b).response.total_cmp(&at(a).response).then_with(|| at(a).place().cmp(&at(b).place()))
+    });
     // The rank of each in its cell, and how many of each rank there are.
     let cell = size.0.max(size.1) as f32 / CELLS;
     let columns = (size.0 as f32 / cell) as usize + 1;

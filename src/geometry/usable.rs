@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::{Frame, Match};
+use crate::sort::sort_indices;
 
 /// A match that can be used.
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +42,7 @@ pub(super) fn usable_matches(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<
         // Adding 0 turns −0 into 0.
         let place = |i: u32| usable[i as usize].ends[side].map(|v| (v + 0.0).to_bits());
         let mut order: Vec<u32> = (0..usable.len() as u32).collect();
-        order.sort_unstable_by_key(|&i| (place(i), i));
+        sort_indices(&mut order, &|a, b| (place(a), a).cmp(&(place(b), b)));
         let mut first = vec![true; usable.len()];
         for pair in order.windows(2) {
             first[pair[1] as usize] = place(pair[0]) != place(pair[1]);

@@ -3,6 +3,7 @@
 use super::lab::Lab;
 use super::seam::crosses;
 use super::share;
+use crate::sort::sort_indices;
 use crate::{ImageView, Mask};
 
 /// Pixels on either side whose means are compared.
@@ -80,12 +81,11 @@ fn stands_out(lab: &Lab, pixel: &dyn Fn(usize) -> [u8; 4], length: usize, seam: 
 
 /// Linear between the two nearest ranks.
 fn percentile_90(values: &[f32]) -> f32 {
-    let mut sorted = [0.0; 2 * REACH];
-    let sorted = &mut sorted[..values.len()];
-    sorted.copy_from_slice(values);
-    sorted.sort_unstable_by(f32::total_cmp);
+    let mut order: [u32; 2 * REACH] = std::array::from_fn(|i| i as u32);
+    let order = &mut order[..values.len()];
+    sort_indices(order, &|a, b| values[a as usize].total_cmp(&values[b as usize]));
     let rank = 0.9 * (values.len() - 1) as f32;
-    let at = |i: usize| sorted[i.min(sorted.len() - 1)];
+    let at = |i: usize| values[order[i.min(values.len() - 1)] as usize];
     let (below, above) = (at(rank as usize), at(rank as usize + 1));
     below + (above - below) * (rank - (rank as usize) as f32)
 }
