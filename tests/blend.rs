@@ -152,6 +152,64 @@ fn the_cut_goes_around_what_moved_and_what_is_not_trusted() {
     }
 }
 
+/// A confidence of 0 where `doubtful`.
+fn doubted(warped: Warped, doubtful: impl Fn(usize, usize) -> bool) -> Warped {
+    let data = (0..CANVAS.0 * CANVAS.1).map(|i| if doubtful(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
+    Warped { confidence: Some(Mask::new(data, CANVAS.0, CANVAS.1).unwrap()), ..warped }
+}
+
+/// The band along the reference's border that void recovery would take out: the seam passes behind it, and through it where the
+/// photos look alike.
+#[test]
+fn a_doubtful_band_does_not_hold_the_seam_at_the_border() {
+    let band = |x: usize, _: usize| (LEFT..LEFT + 12).contains(&x);
+    let warped = doubted(stage(|x, _| x < 120, texture), band);
+    let mosaic = compose(&warped, &reference(texture), &BlendOptions::default()).unwrap();
+    assert!(!passes(&mosaic.seam, |x, _| x < LEFT + 4), "the seam is at the border");
+}
+
+/// What is doubtful and looks unlike the reference is not shown where the reference reaches.
+#[test]
+fn the_reference_shows_where_the_target_is_doubtful() {
+    let torn = |x: usize, y: usize| (70..110).contains(&x) && (30..70).contains(&y);
+    let target = |x: usize, y: usize| if torn(x, y) { [250, 30, 20] } else { texture(x, y) };
+    let warped = doubted(stage(|x, _| x < 120, target), torn);
+    let mosaic = compose(&warped, &reference(texture), &BlendOptions::default()).unwrap();
+    let shown = (0..CANVAS.0 * CANVAS.1).filter(|i| torn(i % CANVAS.0, i / CANVAS.0) && mosaic.seam.data()[*i] == 1);
+    assert!(shown.count() < 40, "the target shows where it is torn");
+}
+
+/// Patches in which the photos agree here and there make no islands.
+#[test]
+fn there_are_no_small_islands() {
+    let differ = |x: usize, y: usize| (x / 5 + y / 5) % 2 == 0;
+    let target = |x: usize, y: usize| texture(x, y).map(|v| if differ(x, y) { v + 60 } else { v });
+    let mosaic = compose(&stage(|x, _| x < 120, target), &reference(texture), &BlendOptions::default()).unwrap();
+    let seam = mosaic.seam.data();
+    let mut seen = vec![false; seam.len()];
+    let mut regions = 0;
+    for first in 0..seam.len() {
+        let mut open = vec![first];
+        regions += usize::from(!seen[first]);
+        while let Some(at) = open.pop() {
+            if std::mem::replace(&mut seen[at], true) {
+                continue;
+            }
+            let (x, y) = (at % CANVAS.0, at / CANVAS.0);
+            let mut visit = |there: bool, other: usize| {
+                if there && seam[other] == seam[at] && !seen[other] {
+                    open.push(other);
+                }
+            };
+            visit(x > 0, at.wrapping_sub(1));
+            visit(x + 1 < CANVAS.0, at + 1);
+            visit(y > 0, at.wrapping_sub(CANVAS.0));
+            visit(y + 1 < CANVAS.1, at + CANVAS.0);
+        }
+    }
+    assert_eq!(regions, 2);
+}
+
 #[test]
 fn the_reference_is_changed_only_near_the_seam() {
     let dim = |x: usize, y: usize| texture(x, y).map(|v| v / 2);

@@ -8,7 +8,7 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 mod pictures;
 
 use depthstitch::metrics::{Quality, quality};
-use depthstitch::warp::Warped;
+use depthstitch::warp::{RELIABLE, Warped};
 use depthstitch::{Error, Image, Mask};
 use pictures::picture;
 
@@ -190,4 +190,36 @@ fn refuses_what_cannot_be_measured() {
     assert_eq!(quality(&small, reference.view(), [1.0; 3]), Err(error.into()));
     let far = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (0, usize::MAX));
     assert_eq!(quality(&far, reference.view(), [1.0; 3]).unwrap_err().code(), "size-mismatch");
+}
+
+/// A darker target is as good as it is once its exposure is matched; a gain that leads away from the reference is not used.
+#[test]
+fn a_gain_makes_up_for_exposure() {
+    let level = |light: f64| (255.0 * (1.055 * light.powf(1.0 / 2.4) - 0.055) + 0.5) as u8;
+    let light = |level: u8| ((f64::from(level) / 255.0 + 0.055) / 1.055).powf(2.4);
+    let photo = picture(60, 40, |x, y| [40 + (x * 3) as u8, 60 + (y * 4) as u8, 90 + (x + y) as u8, 255]);
+    let dark = picture(60, 40, |x, y| {
+        let [r, g, b, _] = photo.view().pixel(x, y).map(|v| level(0.6 * light(v)));
+        [r, g, b, 255]
+    });
+    let of = |target: &Image, gain: f64| {
+        quality(&warped(target.clone(), (0, 0)), photo.view(), [gain; 3]).unwrap().psnr_mask
+    };
+    assert!(of(&dark, 1.0) < 22.0 && of(&dark, 1.0 / 0.6) > 45.0, "{} {}", of(&dark, 1.0), of(&dark, 1.0 / 0.6));
+    assert_eq!(of(&photo, 2.0), f64::INFINITY);
+    for gain in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = quality(&warped(dark.clone(), (0, 0)), photo.view(), [1.0, gain, 1.0]);
+        assert_eq!(refused.unwrap_err().code(), "invalid-argument");
+    }
+}
+
+#[test]
+fn what_is_not_reliable_does_not_count() {
+    let photo = reference(40, 30);
+    let wrong = |x: usize| (10..20).contains(&x);
+    let target = picture(40, 30, |x, y| if wrong(x) { [255, 0, 255, 255] } else { photo.view().pixel(x, y) });
+    let data = (0..40 * 30).map(|i| if wrong(i % 40) { RELIABLE - 1 } else { RELIABLE }).collect();
+    let confidence = Some(Mask::new(data, 40, 30).unwrap());
+    let found = measure(&Warped { confidence, ..warped(target, (0, 0)) }, &photo);
+    assert_eq!((found.psnr_mask, found.coverage), (f64::INFINITY, 0.75));
 }

@@ -7,7 +7,7 @@ use depthstitch::View;
 use depthstitch::depth::Holes;
 use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
-use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
+use depthstitch::warp::{RELIABLE, WarpMode, WarpOptions, Warped, warp};
 use depthstitch::{Error, Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,7 +33,8 @@ fn run(target: &Image, reference: &Image, forward: &Model, reverse: &Model, opti
     warp(flat(target), flat(reference), forward, reverse, options, &mut ()).unwrap()
 }
 
-const ALL_MODES: [WarpMode; 4] = [WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal];
+const ALL_MODES: [WarpMode; 5] =
+    [WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal, WarpMode::Soft];
 
 #[test]
 fn the_identity_draws_every_pixel_once_and_unchanged() {
@@ -179,7 +180,8 @@ impl Parallax {
 #[test]
 fn void_recovery_empties_what_the_target_did_not_see_and_selection_keeps_the_near_thing() {
     let scene = parallax();
-    let warped = scene.warp(&WarpOptions::default());
+    let warped = scene.warp(&WarpOptions { mode: WarpMode::Optimal, ..Default::default() });
+    assert_eq!(warped.confidence, None);
     for y in 11..19 {
         for x in 17..25 {
             assert_eq!(warped.image.view().pixel(x, y), scene.reference.view().pixel(x, y), "near ({x}, {y})");
@@ -190,6 +192,31 @@ fn void_recovery_empties_what_the_target_did_not_see_and_selection_keeps_the_nea
         }
     }
     assert_eq!(warped.image.view().pixel(5, 5), scene.reference.view().pixel(5, 5));
+}
+
+/// What void recovery leaves is the same, and reliable; what it would remove is shown, and is not.
+#[test]
+fn soft_voids_are_shown_with_low_confidence() {
+    let scene = parallax();
+    let hard = scene.warp(&WarpOptions { mode: WarpMode::Optimal, ..Default::default() });
+    let soft = scene.warp(&WarpOptions { mode: WarpMode::Soft, ..Default::default() });
+    let confidence = soft.confidence.as_ref().unwrap();
+    assert_eq!((soft.image.width(), soft.offset), (hard.image.width(), hard.offset));
+    let (mut voids, left) = (0, soft.offset.0);
+    for (i, (soft, hard)) in soft.image.pixels().iter().zip(hard.image.pixels()).enumerate() {
+        let x = i % confidence.width();
+        if !(left..left + 40).contains(&x) {
+            continue;
+        }
+        if hard[3] != 0 {
+            assert_eq!(soft, hard, "at {i}");
+            assert!(confidence.data()[i] >= RELIABLE, "at {i}");
+        } else {
+            assert!(confidence.data()[i] < RELIABLE, "at {i}");
+            voids += usize::from(soft[3] != 0);
+        }
+    }
+    assert!(voids >= 8 * 4, "{voids}");
 }
 
 #[test]
