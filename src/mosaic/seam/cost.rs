@@ -5,7 +5,6 @@ use std::ops::Range;
 use wide::i32x4;
 
 use super::level::Level;
-use super::texture::Texture;
 use super::{BOTH, COARSEST, Doubt};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
@@ -43,7 +42,6 @@ pub(super) fn finest(
         |y: usize| extent(seam.data()[y * seam.width()..(y + 1) * seam.width()].iter().map(|&side| side == BOTH));
     let Some(overlap) = bounding_box(size.1, overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
-    let texture = Texture::of(image, reference, seam, (columns.clone(), rows.clone()))?;
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
@@ -71,7 +69,7 @@ pub(super) fn finest(
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
-            let cost = (STEP * apart + change) * 16 / texture.excuse(i, j) + extra;
+            let cost = STEP * apart + change + extra;
             cell.cost = cost.clamp(0, i32::from(u16::MAX / 2)) as u16;
             cell.doubt = (DOUBT * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
         }
@@ -162,6 +160,6 @@ impl<'a> Differences<'a> {
 }
 
 /// Red, green, blue, 0.
-pub(super) fn levels([r, g, b, _]: [u8; 4]) -> i32x4 {
+fn levels([r, g, b, _]: [u8; 4]) -> i32x4 {
     i32x4::new([r, g, b, 0].map(i32::from))
 }

@@ -8,7 +8,6 @@ mod cost;
 mod flow;
 mod islands;
 mod level;
-mod texture;
 
 use super::canvas::Placed;
 use super::span::Span;
