@@ -294,12 +294,40 @@ fn pixels_that_project_far_outside_the_target_do_not_count() {
     let depth = InverseDepth::new("depth", &raw, (w, h), DepthKind::Inverse, None, (w, h)).unwrap();
     let (target, forward) = (grey(100, 100), shift(1.0, 0.0));
     let reverse = Model { h: Matrix3::identity(), e: Vector3::new(0.0, (1 << 26) as f64, 0.0) };
+    let options = WarpOptions { mode: WarpMode::Optimal, ..Default::default() };
     // One pixel beside, of another grey: a void, unless the photos differ all over.
     for bottom in [100, 255] {
         let image = grey(120, bottom);
         let reference = View { image: image.view(), depth: Some(&depth) };
-        let warped = warp(flat(&target), reference, &forward, &reverse, &WarpOptions::default(), &mut ()).unwrap();
+        let warped = warp(flat(&target), reference, &forward, &reverse, &options, &mut ()).unwrap();
         let shown = (0..w).filter(|&x| warped.image.view().pixel(x, 10)[3] != 0).count();
         assert_eq!(shown, 0, "below {bottom}");
     }
+}
+
+/// A detached dot far from everything, and a hair that sticks out, are no part of the outline; corners are.
+#[test]
+fn the_outline_outside_is_clean() {
+    let image = picture(200, 200);
+    // Depth moves things to the left: the left half by 60 pixels, a hair of it by 90, a dot by 150.
+    let at = |x: usize, y: usize| match (x, y) {
+        (20..24, 20..24) => 150.0,
+        (0..60, 100..102) => 90.0,
+        _ => 60.0,
+    };
+    let raw: Vec<f32> = (0..200 * 200).map(|i| at(i % 200, i / 200)).collect();
+    let depth = InverseDepth::new("depth", &raw, (200, 200), DepthKind::Inverse, None, (200, 200)).unwrap();
+    let view = View { image: image.view(), depth: Some(&depth) };
+    let model = |x: f64| Model { h: Matrix3::identity(), e: Vector3::new(x, 0.0, 0.0) };
+    let of = |mode| {
+        let options = WarpOptions { mode, ..Default::default() };
+        warp(view, view, &model(-1.0), &model(1.0), &options, &mut ()).unwrap()
+    };
+    let shown = |warped: &Warped, x: isize, y: usize| {
+        warped.image.view().pixel(warped.offset.0.wrapping_add_signed(x), y)[3] != 0
+    };
+    let (hard, soft) = (of(WarpMode::Optimal), of(WarpMode::Soft));
+    assert!(shown(&hard, -128, 22) && !shown(&soft, -128, 22), "the dot");
+    assert!(shown(&hard, -80, 100) && !shown(&soft, -80, 100), "the hair");
+    assert!(shown(&soft, -60, 0) && shown(&soft, -60, 199), "the corners");
 }

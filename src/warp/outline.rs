@@ -33,19 +33,19 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |at| image.pixels_mut()[at] = [0; 4])?;
     mark(&mut covered, &|at| footprint.data()[at] != 0);
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
-    // Where a disc has room, and half as much around, so that corners are not cut off.
+    // Where a disc has room, and a margin around it, so that corners are not cut off.
     let inwards = distance(cells, width, &|at| covered[at] == 0)?;
     let outwards = distance(cells, width, &|at| u32::from(inwards[at]) > radius)?;
     for (at, covered) in covered.iter_mut().enumerate() {
-        if *covered == 1 && u32::from(outwards[at]) > radius + radius / 2 {
+        if *covered == 1 && u32::from(outwards[at]) > 3 * radius {
             *covered = 0;
         }
     }
-    // Gaps in which no disc has room.
+    // Gaps in which no disc has room, but not the steps of a slanting line.
     let to_covered = distance(cells, width, &|at| covered[at] != 0)?;
     let to_open = distance(cells, width, &|at| u32::from(to_covered[at]) > radius)?;
     for (at, covered) in covered.iter().enumerate().filter(|(_, covered)| **covered != REFERENCE) {
-        let stays = *covered != 0 || u32::from(to_open[at]) > radius;
+        let stays = *covered != 0 || u32::from(to_open[at]) > radius + STRAIGHT;
         footprint.data_mut()[at] = if stays { 255 } else { 0 };
         if !stays {
             image.pixels_mut()[at] = [0; 4];
