@@ -3,16 +3,17 @@
 use super::level_lines::LevelLines;
 use super::rectangle::Rectangle;
 use crate::Result;
-use crate::image::{reserve, zeroed};
+use crate::image::reserve;
 
 /// Grows one region after the other. No pixel belongs to two.
 pub(super) struct Grower<'a> {
     lines: &'a LevelLines,
     tolerance: f64,
     min_density: f64,
+    /// What no region may take: pixels without direction, and those of regions.
     used: Vec<u8>,
-    /// The region: indices, the seed first.
-    pixels: Vec<usize>,
+    /// The region: columns and rows, the seed first.
+    pixels: Vec<[u32; 2]>,
     /// Sum of its pixels' directions.
     direction: [f64; 2],
 }
@@ -21,7 +22,9 @@ impl<'a> Grower<'a> {
     pub fn new(lines: &'a LevelLines, tolerance: f64, min_density: f64) -> Result<Self> {
         let mut pixels = Vec::new();
         reserve(&mut pixels, lines.directions.len())?;
-        let used = zeroed(lines.directions.len())?;
+        let mut used = Vec::new();
+        reserve(&mut used, lines.directions.len())?;
+        used.extend(lines.magnitudes.iter().map(|&magnitude| u8::from(magnitude == 0.0)));
         Ok(Self { lines, tolerance, min_density, used, pixels, direction: [0.0; 2] })
     }
 
@@ -31,6 +34,7 @@ impl<'a> Grower<'a> {
         if self.used[seed] != 0 {
             return None;
         }
+        let seed = [seed % self.lines.width, seed / self.lines.width].map(|v| v as u32);
         self.grow(seed, self.tolerance);
         if self.pixels.len() < least {
             return None;
@@ -44,47 +48,48 @@ impl<'a> Grower<'a> {
     }
 
     /// Takes in all connected pixels within `tolerance` of the direction so far.
-    fn grow(&mut self, seed: usize, tolerance: f64) {
+    fn grow(&mut self, seed: [u32; 2], tolerance: f64) {
         let LevelLines { width, height, directions, .. } = self.lines;
-        let least = libm::cos(tolerance);
+        let cosine = libm::cos(tolerance);
+        let first = self.index(seed);
         self.pixels.clear();
         self.pixels.push(seed);
-        self.used[seed] = 1;
-        self.direction = directions[seed].map(f64::from);
-        let mut norm = 1.0;
+        self.used[first] = 1;
+        let [mut dx, mut dy] = directions[first].map(f64::from);
+        // Of the sum's length, squared, what a direction within the tolerance reaches along it.
+        let mut least = cosine * cosine;
         let mut next = 0;
-        while let Some(&pixel) = self.pixels.get(next) {
+        while let Some(&[x, y]) = self.pixels.get(next) {
             next += 1;
-            let (x, y) = (pixel % width, pixel / width);
-            for y in y.saturating_sub(1)..(y + 2).min(*height) {
-                for x in x.saturating_sub(1)..(x + 2).min(*width) {
-                    let i = y * width + x;
+            for y in y.saturating_sub(1)..(y + 2).min(*height as u32) {
+                for x in x.saturating_sub(1)..(x + 2).min(*width as u32) {
+                    let i = y as usize * width + x as usize;
                     if self.used[i] != 0 {
                         continue;
                     }
                     let [u, v] = directions[i].map(f64::from);
-                    let [dx, dy] = self.direction;
-                    // A pixel without direction has product 0.
                     let along = u * dx + v * dy;
-                    if along > 0.0 && along >= least * norm {
+                    if along > 0.0 && along * along >= least {
                         self.used[i] = 1;
-                        self.pixels.push(i);
-                        self.direction = [dx + u, dy + v];
-                        norm = ((dx + u) * (dx + u) + (dy + v) * (dy + v)).sqrt();
+                        self.pixels.push([x, y]);
+                        (dx, dy) = (dx + u, dy + v);
+                        least = cosine * cosine * (dx * dx + dy * dy);
                     }
                 }
             }
         }
+        self.direction = [dx, dy];
     }
 
     /// Grows the region anew with the spread of directions near its seed as tolerance: what is bent falls apart.
-    fn grow_straighter(&mut self, seed: usize, rectangle: &Rectangle) {
-        let [u, v] = self.lines.directions[seed].map(f64::from);
+    fn grow_straighter(&mut self, seed: [u32; 2], rectangle: &Rectangle) {
+        let [u, v] = self.lines.directions[self.index(seed)].map(f64::from);
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
         for &pixel in &self.pixels {
-            self.used[pixel] = 0;
-            if self.squared_distance(seed, pixel) < rectangle.width * rectangle.width {
-                let [a, b] = self.lines.directions[pixel].map(f64::from);
+            let i = self.index(pixel);
+            self.used[i] = 0;
+            if squared_distance(seed, pixel) < rectangle.width * rectangle.width {
+                let [a, b] = self.lines.directions[i].map(f64::from);
                 let angle = libm::atan2(u * b - v * a, u * a + v * b);
                 (sum, squares, count) = (sum + angle, squares + angle * angle, count + 1.0);
             }
@@ -95,7 +100,7 @@ impl<'a> Grower<'a> {
     }
 
     /// Leaves out what is far from the seed until the rest fills enough of its rectangle.
-    fn shrink(&mut self, seed: usize) -> Option<Rectangle> {
+    fn shrink(&mut self, seed: [u32; 2]) -> Option<Rectangle> {
         let mut squared_radius: Option<f64> = None;
         loop {
             if self.pixels.len() < 2 {
@@ -105,28 +110,24 @@ impl<'a> Grower<'a> {
             if self.density(&rectangle) >= self.min_density {
                 return Some(rectangle);
             }
-            let at = self.place(seed);
+            let at = seed.map(f64::from);
             let squared = |end: [f64; 2]| (end[0] - at[0]) * (end[0] - at[0]) + (end[1] - at[1]) * (end[1] - at[1]);
             let whole = squared_radius.unwrap_or(squared(rectangle.start).max(squared(rectangle.end)));
             let radius = 0.75 * 0.75 * whole;
             squared_radius = Some(radius);
             let mut pixels = std::mem::take(&mut self.pixels);
             pixels.retain(|&pixel| {
-                let near = self.squared_distance(seed, pixel) <= radius;
-                self.used[pixel] = u8::from(near);
+                let near = squared_distance(seed, pixel) <= radius;
+                let i = self.index(pixel);
+                self.used[i] = u8::from(near);
                 near
             });
             self.pixels = pixels;
         }
     }
 
-    fn place(&self, pixel: usize) -> [f64; 2] {
-        [pixel % self.lines.width, pixel / self.lines.width].map(|v| v as f64)
-    }
-
-    fn squared_distance(&self, a: usize, b: usize) -> f64 {
-        let ([ax, ay], [bx, by]) = (self.place(a), self.place(b));
-        (ax - bx) * (ax - bx) + (ay - by) * (ay - by)
+    fn index(&self, [x, y]: [u32; 2]) -> usize {
+        y as usize * self.lines.width + x as usize
     }
 
     /// Share of the rectangle's area that the region fills.
@@ -136,7 +137,8 @@ impl<'a> Grower<'a> {
 
     /// The rectangle along the first principal axis of the region, pixels weighted by their gradient.
     fn fit(&self) -> Rectangle {
-        let weighted = || self.pixels.iter().map(|&pixel| (self.place(pixel), f64::from(self.lines.magnitudes[pixel])));
+        let weight = |pixel| f64::from(self.lines.magnitudes[self.index(pixel)]);
+        let weighted = || self.pixels.iter().map(|&pixel| (pixel.map(f64::from), weight(pixel)));
         let (mut total, mut x, mut y) = (0.0, 0.0, 0.0);
         for (place, weight) in weighted() {
             (total, x, y) = (total + weight, x + weight * place[0], y + weight * place[1]);
@@ -158,7 +160,7 @@ impl<'a> Grower<'a> {
         let direction = if direction[0] * dx + direction[1] * dy < 0.0 { direction.map(|v| -v) } else { direction };
         let (mut along, mut across) = ([0.0f64; 2], [0.0f64; 2]);
         for &pixel in &self.pixels {
-            let place = self.place(pixel);
+            let place = pixel.map(f64::from);
             let [x, y] = [place[0] - centre[0], place[1] - centre[1]];
             let (l, w) = (x * direction[0] + y * direction[1], y * direction[0] - x * direction[1]);
             along = [along[0].min(l), along[1].max(l)];
@@ -179,4 +181,9 @@ impl<'a> Grower<'a> {
         let norm = (x * x + y * y).sqrt();
         [x / norm, y / norm]
     }
+}
+
+fn squared_distance([ax, ay]: [u32; 2], [bx, by]: [u32; 2]) -> f64 {
+    let [x, y] = [ax.abs_diff(bx), ay.abs_diff(by)].map(f64::from);
+    x * x + y * y
 }
