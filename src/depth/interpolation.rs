@@ -162,7 +162,7 @@ pub(super) fn diagonal((w, h): (usize, usize)) -> f64 {
 }
 
 /// Mean red, green and blue of the `size`×`size` pixels from (x, y) on, as far as they are in the photo.
-fn mean_colour(image: Option<ImageView<'_>>, [x, y]: [f64; 2], size: usize) -> [f32; 3] {
+pub(super) fn mean_colour(image: Option<ImageView<'_>>, [x, y]: [f64; 2], size: usize) -> [f32; 3] {
     let Some(image) = image else { return [0.0; 3] };
     let range = |from: f64, length: usize| {
         let clamp = |v: f64| v.max(0.0).min((length - 1) as f64) as usize;

@@ -1,14 +1,16 @@
 //! Dense inverse depth: from matches, from stereo, extrapolated, and carried from one photo to the other.
 
-mod extrapolation;
+mod banded;
+mod completion;
 pub(crate) mod holes;
 mod interpolation;
 mod pull_push;
 mod stereo;
+mod surface;
 mod transfer;
 mod two_view;
 
-pub use extrapolation::continue_outside;
+pub use completion::{complete_depth, complete_reference_depth};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};

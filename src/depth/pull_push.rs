@@ -1,8 +1,8 @@
 //! Means over cells of growing size (Burt 1988, "pull-push").
 
+use crate::Result;
 use crate::image::zeroed;
 use crate::upsampling::{WEIGHTS, neighbours};
-use crate::{Mask, Result};
 
 /// Sums of deviations and of weights over cells.
 pub(super) struct Level {
@@ -16,15 +16,14 @@ impl Level {
         Ok(Self { cells: zeroed(width * height)?, width, height })
     }
 
-    /// How far what is `known` (NaN elsewhere) and `trusted` deviates from what is `expected`, all row by row, in cells of
-    /// 2×2.
-    pub fn of(width: usize, expected: &[f32], known: &[f32], trusted: Option<&Mask>) -> Result<Self> {
+    /// How far what is `known` (NaN elsewhere) deviates from what is `expected`, both row by row, in cells of 2×2.
+    pub fn of(width: usize, expected: &[f32], known: &[f32]) -> Result<Self> {
         let height = known.len() / width;
         let mut level = Self::new(width.div_ceil(2), height.div_ceil(2))?;
         for (y, (expected, known)) in expected.chunks_exact(width).zip(known.chunks_exact(width)).enumerate() {
             let row = &mut level.cells[y / 2 * level.width..];
             for (x, (expected, known)) in expected.iter().zip(known).enumerate() {
-                if !known.is_nan() && trusted.is_none_or(|mask| mask.data()[y * width + x] != 0) {
+                if !known.is_nan() {
                     row[x / 2][0] += 0.25 * (known - expected);
                     row[x / 2][1] += 0.25;
                 }

@@ -1,8 +1,8 @@
 //! The other photo's inverse depth from one map.
 
-use super::extrapolation::continued;
+use super::completion::completed;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
-use crate::image::{reserve, zeroed};
+use crate::image::{filled, zeroed};
 use crate::observer::{Observer, report};
 use crate::{InverseDepth, Result, Stage};
 
@@ -10,7 +10,7 @@ use crate::{InverseDepth, Result, Stage};
 ///
 /// What the first photo shows with d appears in the other with d/λ, λ being the third coordinate of its image; the model
 /// back is [`Model::inverse`]. Where several pixels land on one, the nearest, of the largest d, is visible. What the first
-/// photo does not show is extrapolated, as [`super::continue_outside`] does. Holes of the map land nowhere.
+/// photo does not show is completed, as [`super::complete_depth`] does. Holes of the map land nowhere.
 ///
 /// `None` when hardly any of the map lands on the other photo, or the model has no inverse.
 ///
@@ -24,11 +24,27 @@ pub fn derive_depth(
 ) -> Result<Option<InverseDepth>> {
     let Some(reverse) = model.inverse() else { return Ok(None) };
     let (w, h) = other;
-    let mut seen: Vec<f32> = Vec::new();
-    reserve(&mut seen, w * h)?;
-    seen.resize(w * h, f32::NAN);
+    let mut seen = filled(w * h, f32::NAN)?;
     // The d in front; 0 also where nothing is.
     let mut front: Vec<f32> = zeroed(w * h)?;
+    for_each_landing(depth, model, other, observer, &mut |i, value, d| {
+        if seen[i].is_nan() || d > front[i] {
+            (seen[i], front[i]) = (value, d);
+        }
+    })?;
+    let seen = InverseDepth::from_values(seen, w, h);
+    completed(&seen, None, &reverse, observer)
+}
+
+/// Calls `put` with the index of every pixel of the `other` photo (width, height) that a pixel of the map covers there, its
+/// inverse depth in that photo, and in its own.
+pub(super) fn for_each_landing(
+    depth: &InverseDepth,
+    model: &Model,
+    (w, h): (usize, usize),
+    observer: &mut dyn Observer,
+    put: &mut dyn FnMut(usize, f32, f32),
+) -> Result<()> {
     let at = |x: usize, y: usize| {
         let d = depth.data()[y * depth.width() + x];
         let [u, v, third] = model.transform(x as f64, y as f64, f64::from(d));
@@ -63,16 +79,12 @@ pub fn derive_depth(
             };
             for v in range(1, h) {
                 for u in range(0, w) {
-                    let i = v * w + u;
-                    if seen[i].is_nan() || d > front[i] {
-                        (seen[i], front[i]) = (value, d);
-                    }
+                    put(v * w + u, value, d);
                 }
             }
         }
     }
-    let seen = InverseDepth::from_values(seen, w, h);
-    continued(&seen, &reverse, None, observer)
+    Ok(())
 }
 
 /// The missing one of two maps: of the photo whose frame has none, derived from the other's by the model that the matches

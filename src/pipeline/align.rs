@@ -7,7 +7,7 @@ use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::depth::{Prior, RefineOptions, continue_outside, refine_prior};
+use crate::depth::{Prior, RefineOptions, complete_depth, complete_reference_depth, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::Observer;
 use crate::statistics::nth;
@@ -157,8 +157,11 @@ impl Alignment<'_> {
         let mut maps = [refined.target, refined.reference];
         if kind == ModelKind::TwoView {
             // Two photos say nothing about the depth of what only one of them shows.
-            maps[0] = continue_outside(&maps[0], &forward, sizes[1], Some(&reliable_target), observer)?;
-            maps[1] = continue_outside(&maps[1], &reverse, sizes[0], Some(&reliable_reference), observer)?;
+            let [own, others] = &mut maps;
+            let photo = Some(target.image);
+            *own = complete_depth(own, photo, &forward, sizes[1], Some(&reliable_target), observer)?;
+            let both = [&forward, &reverse];
+            *others = complete_reference_depth(others, reference.image, own, both, &reliable_reference, observer)?;
         }
         self.depth = maps.map(|map| Some(Cow::Owned(map)));
         self.reliable = Some(reliable_reference);

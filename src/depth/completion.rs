@@ -1,0 +1,135 @@
+//! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
+
+use super::interpolation::diagonal;
+use super::pull_push::Level;
+use super::surface::{Surface, sample_step};
+use super::transfer::for_each_landing;
+use crate::features::{LineSegmentOptions, line_segments};
+use crate::geometry::{DepthSample, Model};
+use crate::image::{check_size, reserve};
+use crate::observer::{Observer, report};
+use crate::{ImageView, InverseDepth, Mask, Result, Stage};
+
+/// What lies closer to the other photo's border than this, in its pixels, was matched badly.
+const MARGIN: f64 = 3.0;
+/// Fewer samples say nothing.
+const LEAST_SAMPLES: usize = 20;
+/// How far from the border both photos are to show one surface, as a share of the diagonal.
+const BORDER: f64 = 0.03;
+/// How far the surface bends away to meet reliable depth, as a share of the diagonal.
+const REACH: f64 = 0.03;
+
+/// Replaces all inverse depth of the `photo` that is not reliable: where the mask `reliable` is 0 (nowhere by default), and where
+/// `model` sends a pixel outside the `other` photo (width, height) or next to its border.
+///
+/// A [`Surface`] is fitted to what is reliable, bends away within a short distance to meet it, and extrapolates it. A map that is
+/// a plane where it is reliable is that plane everywhere.
+///
+/// Returns the map as it is when hardly any pixel is reliable.
+///
+/// # Errors
+/// `size-mismatch` for a photo or mask of another size, `out-of-memory`, `aborted`.
+pub fn complete_depth(
+    depth: &InverseDepth,
+    photo: Option<ImageView<'_>>,
+    model: &Model,
+    other: (usize, usize),
+    reliable: Option<&Mask>,
+    observer: &mut dyn Observer,
+) -> Result<InverseDepth> {
+    let (w, size) = (depth.width(), (depth.width(), depth.height()));
+    if let Some(mask) = reliable {
+        check_size("reliable", (mask.width(), mask.height()), size)?;
+    }
+    if let Some(photo) = photo {
+        check_size("photo", (photo.width(), photo.height()), size)?;
+    }
+    report(observer, Stage::Depth, 0.0)?;
+    let limit = [other.0, other.1].map(|size| size as f64 - MARGIN);
+    let mut known = Vec::new();
+    reserve(&mut known, depth.data().len())?;
+    for (y, row) in depth.data().chunks_exact(w).enumerate() {
+        known.extend(row.iter().enumerate().map(|(x, &d)| {
+            if reliable.is_some_and(|mask| mask.data()[y * w + x] == 0) {
+                return f32::NAN;
+            }
+            let place = model.project(x as f64, y as f64, f64::from(d)).unwrap_or_default();
+            let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
+            if within { d } else { f32::NAN }
+        }));
+    }
+    let known = InverseDepth::from_values(known, size.0, size.1);
+    report(observer, Stage::Depth, 0.2)?;
+    Ok(completed(&known, photo, model, observer)?.unwrap_or_else(|| depth.clone()))
+}
+
+/// As [`complete_depth`] of the reference's map `own`; but near the photo's border, where few windows could be compared and both
+/// maps soon disagree, what is not reliable is where the `target`'s map leads: there both are one surface. `models` lead from the
+/// target to the reference and back.
+///
+/// # Errors
+/// Those of [`complete_depth`].
+pub fn complete_reference_depth(
+    own: &InverseDepth,
+    photo: ImageView<'_>,
+    target: &InverseDepth,
+    models: [&Model; 2],
+    reliable: &Mask,
+    observer: &mut dyn Observer,
+) -> Result<InverseDepth> {
+    let (w, h) = (own.width(), own.height());
+    check_size("reliable", (reliable.width(), reliable.height()), (w, h))?;
+    check_size("photo", (photo.width(), photo.height()), (w, h))?;
+    let mut known = Vec::new();
+    reserve(&mut known, w * h)?;
+    known.extend(own.data().iter().zip(reliable.data()).map(|(&d, &mark)| if mark != 0 { d } else { f32::NAN }));
+    let border = (BORDER * diagonal((w, h))) as usize;
+    for_each_landing(target, models[0], (w, h), observer, &mut |i, value, _| {
+        let (x, y) = (i % w, i / w);
+        let inner = x.min(w - 1 - x).min(y.min(h - 1 - y)) >= border;
+        // Of several things in one place it is the one that was matched there, if badly.
+        let miss = |d: f32| (d - own.data()[i]).abs();
+        if !inner && reliable.data()[i] == 0 && (known[i].is_nan() || miss(value) < miss(known[i])) {
+            known[i] = value;
+        }
+    })?;
+    let known = InverseDepth::from_values(known, w, h);
+    Ok(completed(&known, Some(photo), models[1], observer)?.unwrap_or_else(|| own.clone()))
+}
+
+/// Fills what is NaN in `known`; `None` when hardly anything is not. `model` tells what differences of depth weigh.
+pub(super) fn completed(
+    known: &InverseDepth,
+    photo: Option<ImageView<'_>>,
+    model: &Model,
+    observer: &mut dyn Observer,
+) -> Result<Option<InverseDepth>> {
+    let (w, h, values) = (known.width(), known.height(), known.data());
+    let step = sample_step((w, h));
+    let mut samples = Vec::new();
+    for y in (0..h).step_by(step) {
+        for x in (0..w).step_by(step) {
+            let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
+            if !depth.is_nan() {
+                samples.push(DepthSample { point, depth, parallax: model.parallax(point, depth) });
+            }
+        }
+    }
+    if samples.len() < LEAST_SAMPLES {
+        return Ok(None);
+    }
+    let segments = match photo {
+        Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
+        None => Vec::new(),
+    };
+    report(observer, Stage::Depth, 0.5)?;
+    let Some(surface) = Surface::fit(&samples, (w, h), photo, &segments)? else { return Ok(None) };
+    let mut filled = surface.dense((w, h))?;
+    let details = Level::of(w, &filled, values)?.continued(0.5 * REACH * diagonal((w, h)))?;
+    for (y, (row, known)) in filled.chunks_exact_mut(w).zip(values.chunks_exact(w)).enumerate() {
+        for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
+            *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };
+        }
+    }
+    Ok(Some(InverseDepth::from_values(filled, w, h)))
+}
