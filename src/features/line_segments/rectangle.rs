@@ -205,6 +205,9 @@ mod tests {
             for k in 0..=n {
                 for p in [0.125, 0.0625, 0.004] {
                     let (got, expected) = (log10_binomial_tail(n, k, p), libm::log10(tail(n, k, p)));
+                    if expected < -290.0 {
+                        continue; // the direct sum underflows
+                    }
                     assert!((got - expected).abs() < 2e-3, "{n} {k} {p}: {got}, {expected}");
                 }
             }
