@@ -64,6 +64,10 @@ const AGGREGATE_ROWS: u64 = 144 * 16 + 128 * 32 + 7 * 15;
 /// Photos of more pixels are refined at half their size.
 const REFINE_FULL_SIZE: u64 = 6_000_000;
 
+/// Depth from the photos alone: the banded equations of the extrapolation's mesh, and dense maps beside them.
+const MESH: u64 = 5_000_000;
+const DENSE: u64 = 21;
+
 /// Vertices in fixed point.
 const VERTEX: u64 = 8;
 /// Colour, footprint.
@@ -97,6 +101,7 @@ impl<'a> Memory<'a> {
         let held = MODULE.saturating_add(self.inputs());
         let stages = [
             (Stage::Detect, self.detection()),
+            (Stage::Depth, self.two_view_depth()),
             (Stage::Refine, self.refinement()),
             (Stage::Warp, self.warp(pixels(canvas))),
             (Stage::Blend, self.blend(pixels(canvas))),
@@ -173,6 +178,11 @@ impl<'a> Memory<'a> {
         };
         let [[first, kept], [second, own]] = self.job.photos.map(of);
         first.max(second.saturating_add(kept)).saturating_add(own)
+    }
+
+    fn two_view_depth(&self) -> u64 {
+        let [target, reference] = self.photos();
+        if self.parallax().1 { MESH.saturating_add(DENSE.saturating_mul(target.max(reference))) } else { 0 }
     }
 
     fn refinement(&self) -> u64 {
