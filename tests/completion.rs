@@ -1,4 +1,4 @@
-//! Depth that is continued outside the overlap, and carried over to the other photo.
+//! Depth that is completed inside the overlap and outside, and carried over to the other photo.
 #![allow(clippy::unwrap_used)]
 
 use depthstitch::depth::{complete_depth, complete_reference_depth, derive_depth};
@@ -25,7 +25,7 @@ fn sideways() -> Model {
 }
 
 #[test]
-fn continuation_leaves_the_inside_and_reproduces_planes() {
+fn completion_leaves_the_inside_and_reproduces_planes() {
     let size = (200, 150);
     let model = sideways();
     let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
@@ -34,7 +34,7 @@ fn continuation_leaves_the_inside_and_reproduces_planes() {
     for (found, expected) in found.data().iter().zip(map(size, plane).data()) {
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
-    // What is not a plane stays inside, goes on without a step, and fades.
+    // What is not a plane stays inside, goes on without a step, and does not grow.
     let bump =
         |x: f64, y: f64| plane(x, y) + 0.5 * (-((x - 90.0) * (x - 90.0) + (y - 80.0) * (y - 80.0)) / 800.0).exp();
     let bumpy = map(size, |x, y| if model.project(x, y, bump(x, y)).unwrap()[0] < 197.0 { bump(x, y) } else { 7.0 });
@@ -58,11 +58,11 @@ fn continuation_leaves_the_inside_and_reproduces_planes() {
     // The bump's own steepest slope is 0.5·0.607/20 per pixel.
     assert!(largest < 0.06, "{largest}");
     let far = |x: usize, y: usize| f64::from(found.data()[y * size.0 + x]) - plane(x as f64, y as f64);
-    assert!(far(199, 149).abs() < 0.2 && far(199, 0).abs() < 0.2, "{} {}", far(199, 149), far(199, 0));
+    assert!(far(199, 149).abs() < 0.5 && far(199, 0).abs() < 0.5, "{} {}", far(199, 149), far(199, 0));
 }
 
 #[test]
-fn continuation_believes_what_is_trusted() {
+fn completion_starts_from_what_is_reliable() {
     let size = (200, 150);
     let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
     // Half of the inside is wrong, and known to be.
@@ -108,11 +108,12 @@ fn a_straight_edge_is_extrapolated_straight() {
     let [a, b] = [images[0], images[images.len() - 1]];
     let length = distance(a, b);
     let bent = images.iter().map(|p| ((p[0] - a[0]) * (b[1] - a[1]) - (p[1] - a[1]) * (b[0] - a[0])).abs() / length);
-    assert!(bent.fold(0.0, f64::max) < 1.0);
+    let bent = bent.fold(0.0, f64::max);
+    assert!(bent < 1.0, "{bent}");
     // Both planes go on to the other side of the photo.
     for (x, y) in [(200, 20), (200, 60), (220, 160), (160, 150)] {
         let error = f64::from(found.data()[y * size.0 + x]) - truth(x as f64, y as f64);
-        assert!(error.abs() < 0.06, "{x} {y} {error}");
+        assert!(error.abs() < 0.1, "{x} {y} {error}");
     }
 }
 
