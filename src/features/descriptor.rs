@@ -13,9 +13,9 @@ const BINS: usize = TURN as usize;
 pub const LENGTH: usize = CELLS * CELLS * BINS;
 /// Side of a cell, in σ of the keypoint.
 const CELL: f32 = 3.0;
-/// Largest value of a unit descriptor; larger ones are cut, as they come and go with the light.
+/// Values of a unit descriptor are clipped to this, as large ones depend on the illumination (Lowe 2004, section 6.1).
 const CUT: f32 = 0.2;
-/// What a unit descriptor is multiplied with before it is rounded to bytes.
+/// Factor of a unit descriptor before it is rounded to bytes.
 pub(super) const SCALE: f32 = 512.0;
 /// Most columns in a window: half of it is 2.5·√2 cells, and σ is below 3 px.
 const MOST: usize = 64;
@@ -106,8 +106,8 @@ fn columns((cos, sin): (f32, f32), dy: f32, half: f32, radius: f32) -> (f32, f32
     (low, high)
 }
 
-/// The cell before a coordinate, counted from one before the first, and what is left over. Coordinates beyond the cells
-/// around the window are drawn onto their rim, where they count for nothing.
+/// The cell before a coordinate, counted from one before the first, and the fraction. Coordinates beyond the cells around
+/// the window are clamped to their rim, where they have no weight.
 #[inline(always)]
 fn split(coordinate: f32x4) -> (i32x4, f32x4) {
     let at = (coordinate + f32x4::splat(1.0)).fast_max(f32x4::splat(0.0)).fast_min(f32x4::splat(PLACES as f32 - 1e-4));
@@ -128,7 +128,7 @@ fn gather(corners: &Corners) -> [f32; LENGTH] {
     cells
 }
 
-/// Bytes of the histograms or, if `root`, of their roots: R. Arandjelović and A. Zisserman, *Three things everyone should
+/// The descriptor in bytes: the histograms or, if `root`, their square roots: R. Arandjelović and A. Zisserman, *Three things everyone should
 /// know to improve object retrieval*, CVPR 2012.
 fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
     let limit = CUT * norm(cells);

@@ -8,15 +8,15 @@ use crate::rows::Window;
 pub(super) const SCALES: usize = 3;
 /// Pixels at the border of an octave where no extremum is looked for.
 const BORDER: usize = 5;
-/// Rows above and below the one scanned that are looked at: how far a fit may move, and one more.
+/// Rows above and below the scanned one that may be read: how far a fit may move, and one more.
 pub(super) const REACH: usize = 4;
-/// A fit's extremum that is nearer to its sample is taken. A half would do, were it not that halfway between two samples
-/// each may point to the other.
+/// A fit is accepted when its extremum is nearer to its sample than this. It is a little more than one half, as halfway between
+/// two samples each may point to the other.
 const NEAR: f32 = 0.6;
 /// Most steps of a fit.
 const STEPS: usize = 5;
 
-/// What an extremum must have.
+/// Thresholds that an extremum must pass.
 #[derive(Clone, Copy)]
 pub(super) struct Limits {
     /// Least contrast of the fitted extremum, in grey levels.
@@ -46,7 +46,7 @@ impl Extremum {
     }
 }
 
-/// Goes through an octave's rows as they come.
+/// Scans an octave row by row, as the rows become available.
 pub(super) struct Scanner {
     octave: u8,
     width: usize,
@@ -102,7 +102,7 @@ impl Scanner {
                 }
             }
             let (most, least) = extreme;
-            // A valley below zero is dark, a hill above zero bright; others are none.
+            // A maximum must be positive and a minimum negative.
             let zero = f32x4::splat(0.0);
             let lanes = ((most & value.cmp_gt(zero)) | (least & zero.cmp_gt(value))).move_mask();
             for lane in 0..4.min(self.width - BORDER - x) {
@@ -113,7 +113,7 @@ impl Scanner {
         }
     }
 
-    /// Fits a quadric (M. Brown and D. Lowe, BMVC 2002), moving on while its extremum is nearer to another sample.
+    /// Fits a quadric (M. Brown and D. Lowe, BMVC 2002), and moves to another sample while the extremum is nearer to that.
     #[inline(never)] // see `crate::rows`
     fn fit(&self, differences: &[Window], level: usize, x: usize, limits: &Limits) -> Option<Extremum> {
         let (mut level, mut x, mut y) = (level, x, self.next);
@@ -175,7 +175,7 @@ impl Cube {
         }
     }
 
-    /// Where the quadric is flat, by Cramer's rule; `None` when that is nowhere near.
+    /// The stationary point of the quadric by Cramer's rule; `None` when it is far away.
     fn extremum(&self) -> Option<[f32; 3]> {
         let ([a, b, c], [f, e, d]) = (self.curvature, self.twist);
         // The inverse of [a d e; d b f; e f c] times its determinant.
@@ -191,7 +191,7 @@ impl Cube {
         offset.iter().all(|v| v.abs() < 1e3).then_some(offset)
     }
 
-    /// Whether one principal curvature is too much larger than the other.
+    /// Whether the ratio of the principal curvatures is too large (Lowe 2004, section 4.1).
     fn is_edge(&self, limit: f32) -> bool {
         let [xx, yy, _] = self.curvature;
         let (trace, det) = (xx + yy, xx * yy - self.twist[2] * self.twist[2]);

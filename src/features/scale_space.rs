@@ -17,16 +17,16 @@ use crate::{Result, Stage};
 
 /// Deviation of an octave's first level, in its pixels.
 pub(super) const SIGMA: f64 = 1.6;
-/// What a photo is taken to have been smoothed with, in its pixels.
+/// Assumed blur of a photo, in its pixels (Lowe 2004, section 3.3).
 const CAMERA_SIGMA: f64 = 0.5;
 /// Rows each step of the pipeline makes at a time.
 const BATCH: usize = 8;
-/// Turns of the pipeline between two reports.
+/// Turns of the pipeline between two reports of progress.
 const TURNS: usize = 32;
 /// No octave is smaller than this.
 pub(super) const LEAST_SIDE: usize = 16;
 
-/// Each level is stored at every so many pixels of its octave, 1 or 2: its smoothing leaves nothing in between.
+/// Every how many pixels of the octave each level is stored, 1 or 2: the coarsest is smooth enough for every second one.
 const STEPS: [usize; SCALES] = [1, 1, 2];
 
 /// One level, or every `step`-th pixel of it, in rows of `stride` grey levels.
@@ -42,7 +42,7 @@ impl Plane {
     /// For an octave of this size.
     fn new(width: usize, height: usize, step: usize) -> Result<Self> {
         let (width, height) = (width.div_ceil(step), height.div_ceil(step));
-        // Whoever looks at four pixels from any of them on stays in its row.
+        // So that four pixels from any column on lie in the row.
         let stride = (width + 4).next_multiple_of(BLOCK);
         let mut data = Vec::new();
         reserve(&mut data, stride * height)?;
@@ -61,7 +61,7 @@ impl Plane {
 /// The levels 1, 2, 3 of an octave.
 pub(super) type Levels = [Plane; SCALES];
 
-/// What an octave starts from.
+/// The image that an octave starts from.
 pub(super) enum Base {
     /// The photo, to be doubled in size or not.
     Photo { luma: Luma, doubled: bool },
@@ -88,7 +88,7 @@ impl Base {
         }
     }
 
-    /// What is left to smooth to reach [`SIGMA`].
+    /// Standard deviation of the smoothing that is missing to reach [`SIGMA`]; `None` for none.
     fn sigma(&self) -> Option<f64> {
         match self {
             Base::Photo { doubled, .. } => {

@@ -4,8 +4,7 @@ use crate::image::{reserve, zeroed};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::{Image, Result};
 
-/// The largest rectangle, sides upright, in which every pixel is valid (alpha not 0); of several the first one from the
-/// top, then from the left. `None` when no pixel is valid.
+/// The largest rectangle, sides upright, in which every pixel is valid (alpha not 0); of several the topmost one, then the leftmost one. `None` when no pixel is valid.
 ///
 /// In each row the valid pixels above every column are a histogram, whose largest rectangle a stack of rising columns
 /// finds in one pass: time is proportional to the pixels, memory to a row.

@@ -1,4 +1,4 @@
-//! Depth on the mosaic's canvas.
+//! Inverse depth on the mosaic's canvas, which guides the filling.
 
 use crate::geometry::Model;
 use crate::image::{check_size, reserve};
@@ -13,13 +13,12 @@ const ROUNDS: usize = 12;
 /// Fewer samples determine no gauge.
 const LEAST: usize = 16;
 
-/// What tells filling the background of a void from the thing in front of it that tore it open.
+/// Tells the background of a void from the foreground object whose parallax opened it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guide {
     /// Inverse depth of what the mosaic shows, NaN where it is not known.
     pub depth: InverseDepth,
-    /// Epipole on the canvas, homogeneous: things shift towards or away from it, the more the nearer they are. All zero
-    /// if not known.
+    /// Epipole on the canvas, homogeneous: parallax is along the lines through it. All zero if unknown.
     pub epipole: [f64; 3],
 }
 
@@ -27,8 +26,8 @@ impl Guide {
     /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax.
     ///
     /// Where the target shows nothing the reference's inverse depth stands in, brought into the same gauge by the affine
-    /// change that fits best where both are known. It is fitted to least absolute deviations, so that places where the
-    /// two show different things do not matter.
+    /// change that fits best where both are known, by least absolute deviations: robust where the two photos show different
+    /// surfaces.
     ///
     /// # Errors
     /// `size-mismatch` when the reference does not fit the canvas or its depth is not of its size, `out-of-memory`.

@@ -1,4 +1,4 @@
-//! Voids far from one another are filled apart, each in a window of its own.
+//! Clusters of voids: those far from one another are filled separately, each in a window of its own.
 
 use super::parts::{Part, Parts, TILE};
 use crate::Result;

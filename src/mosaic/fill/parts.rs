@@ -1,4 +1,4 @@
-//! Which void is filled how: by its width.
+//! How each void is filled, depending on its width.
 
 use super::smooth::reserve_more;
 use super::{FillMethod, FillOptions};
@@ -10,22 +10,22 @@ use crate::{Image, Mask, Result};
 /// Side in pixels of the tiles that voids are grouped by: voids in tiles that touch belong together.
 pub(super) const TILE: usize = 32;
 
-/// What becomes of a pixel.
+/// How a pixel is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
 pub(super) enum Part {
-    /// It is something to go by.
+    /// Valid: a source.
     Known,
-    /// Nothing is there, nor will be.
+    /// Empty, and not to be filled.
     Empty,
     /// It is filled smoothly.
     Gap,
     /// It is filled with a piece of the background.
     Void,
-    /// It is in a void too wide for anything invented to be believed.
+    /// Part of a void too wide to be filled plausibly.
     Wide,
 }
 
-/// Half the width in pixels up to which a void is so narrow that there is nothing to invent.
+/// Half the width in pixels up to which a void is filled smoothly.
 const NARROW: usize = 2;
 
 /// What becomes of the pixels of a window, some tiles of the picture, that holds all voids. Row by row.
