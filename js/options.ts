@@ -265,6 +265,7 @@ export const OPTIONS = {
       soft: "Soft voids",
     },
     default: "soft",
+    paper: "optimal",
     label: "Warp",
     description:
       'How the target is rendered: the paper\'s complete method ("optimal", with mode "paper" the default), one of its ablations, or with voids of the overlap as a confidence that the seam weighs ("soft").',
@@ -316,6 +317,7 @@ export const OPTIONS = {
     exclusiveMin: true,
     unit: "× average cell",
     default: 5,
+    paper: 2,
     label: "Stretch limit",
     description:
       'Outside the reference, a warped cell longer than this is void; with mode "paper" 2.',

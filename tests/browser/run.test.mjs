@@ -18,7 +18,7 @@ after(() => site.close());
 
 /** What the status says in each stage of two photos without anything else. */
 const stages = ["Reading", "Detecting", "Matching", "Fitting", "Computing", "Refining", "Warping"];
-const later = ["Measuring", "Blending", "Filling"];
+const later = ["Blending", "Measuring", "Filling"];
 
 /** Has Cancel pressed as soon as the status begins with this word. @param {Page} page @param {string} word */
 async function cancelDuring(page, word) {

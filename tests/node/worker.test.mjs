@@ -47,7 +47,7 @@ for (const worker of [true, false]) {
     const seen = [];
     await works({ worker, onProgress: (progress) => void seen.push(progress) });
     const stages = seen.map(({ stage }) => stage).filter((stage, i, all) => stage !== all[i - 1]);
-    assert.deepEqual(stages, ["input", "estimate", "refine", "warp", "measure", "blend", "fill"]);
+    assert.deepEqual(stages, ["input", "estimate", "refine", "warp", "blend", "measure", "fill"]);
     seen.forEach(({ stage, fraction }, i) => {
       assert.ok(fraction >= 0 && fraction <= 1);
       const before = seen[i - 1];

@@ -3,7 +3,7 @@
  * Inverse Search*, ECCV 2016, with patches compared after their means are taken out, candidates from neighbouring
  * patches, and a variational refinement, as OpenCV's `DISOpticalFlow` has them; its preset "medium".
  */
-import { at, halved, plane, resized, sample, type Plane } from "./plane.js";
+import { at, halved, plane, resized, sample, type Flow, type Plane } from "./plane.js";
 import { refine } from "./refinement.js";
 
 /** Side of a patch, and distance from one to the next. */
@@ -17,12 +17,6 @@ const FLAT = 1e-3;
 const STRIPES = 8;
 /** The flow is found at half the size, and interpolated. */
 const FINEST = 1;
-
-/** Where each pixel goes: pixels to the right and down. */
-export interface Flow {
-  readonly u: Plane;
-  readonly v: Plane;
-}
 
 /** The flow that leads from each pixel of `from` to the same thing in `to`, which is as large. */
 export function denseFlow(from: Plane, to: Plane): Flow {

@@ -74,3 +74,9 @@ export function resized(picture: Plane, width: number, height: number, factor: n
   }
   return out;
 }
+
+/** Where each pixel goes: pixels to the right and down. */
+export interface Flow {
+  readonly u: Plane;
+  readonly v: Plane;
+}

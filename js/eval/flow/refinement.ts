@@ -3,8 +3,7 @@
  * Based on a Theory for Warping*, ECCV 2004, without a pyramid of its own. Constancy of values and gradients against
  * smoothness, all robust, by fixed-point iterations over successive over-relaxation.
  */
-import type { Flow } from "./index.js";
-import { at, plane, sample, type Plane } from "./plane.js";
+import { at, plane, sample, type Flow, type Plane } from "./plane.js";
 
 /** Weights of smoothness, values and gradients. */
 const ALPHA = 20;
