@@ -122,7 +122,7 @@ test("what was computed once is not computed again", async () => {
   assert.notDeepEqual(Buffer.from(average.data.buffer), Buffer.from(first.data.buffer));
   await page.selectOption("#option-blending", "multiband");
   await stitchAgain(page);
-  assert.match((await page.locator("#status").textContent()) ?? "", /known from before/);
+  assert.match((await page.locator("#status").textContent()) ?? "", /cached result/);
   assertSame(await savedPicture(page), first);
   await close();
 });
@@ -147,7 +147,7 @@ test("the published method is one choice away, and so is the way back", async ()
 test("photos above the limit are scaled down, and their matches with them", async () => {
   const { page, close } = await site.open({ files: smallCase, hash: "#page.photoLimit=120" });
   const card = page.locator('[data-slot="target"] [data-part="size"]');
-  assert.match((await card.textContent()) ?? "", /240.×.160, used at 120.×.80/);
+  assert.match((await card.textContent()) ?? "", /240.×.160, downscaled to 120.×.80/);
   const report = JSON.parse((await saved(page, "#download-report")).bytes.toString());
   assert.deepEqual(report.sizes.target, {
     width: 120,
