@@ -182,7 +182,7 @@ fn the_reference_shows_where_the_target_is_doubtful() {
 /// Patches in which the photos agree here and there make no islands.
 #[test]
 fn there_are_no_small_islands() {
-    let differ = |x: usize, y: usize| (x / 5 + y / 5) % 2 == 0;
+    let differ = |x: usize, y: usize| (x / 5 + y / 5).is_multiple_of(2);
     let target = |x: usize, y: usize| texture(x, y).map(|v| if differ(x, y) { v + 60 } else { v });
     let mosaic = compose(&stage(|x, _| x < 120, target), &reference(texture), &BlendOptions::default()).unwrap();
     let seam = mosaic.seam.data();

@@ -183,7 +183,7 @@ impl Mesh {
         let per_cell = samples_per_cell(self.spacing);
         out.extend(samples.iter().map(|s| {
             let (nodes, weights) = self.cell(s.point);
-            let ratio = (s.parallax / parallax).max(0.1).min(10.0);
+            let ratio = (s.parallax / parallax).clamp(0.1, 10.0);
             Term {
                 nodes,
                 coefficients: weights.map(|w| w * ratio),
