@@ -22,7 +22,7 @@ const REACH: f64 = 0.03;
 /// Replaces all inverse depth of the `photo` that is not reliable: where the mask `reliable` is 0 (nowhere by default), and where
 /// `model` sends a pixel outside the `other` photo (width, height) or next to its border.
 ///
-/// A [`Surface`] is fitted to what is reliable, bends away within a short distance to meet it, and extrapolates it. A map that is
+/// A robust surface is fitted to what is reliable, bends away within a short distance to meet it, and extrapolates it. A map that is
 /// a plane where it is reliable is that plane everywhere.
 ///
 /// Returns the map as it is when hardly any pixel is reliable.
