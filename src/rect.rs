@@ -15,6 +15,12 @@ pub struct Rect {
     pub height: usize,
 }
 
+/// Length of the diagonal of an image of this width and height.
+pub(crate) fn diagonal((width, height): (usize, usize)) -> f64 {
+    let (width, height) = (width as f64, height as f64);
+    (width * width + height * height).sqrt()
+}
+
 impl Rect {
     /// The rectangle grown by `margin` pixels on each side and clipped to an image of the given size.
     pub(crate) fn grown(self, margin: usize, (width, height): (usize, usize)) -> Self {

@@ -17,6 +17,10 @@ pub enum Warning {
     },
     /// Planar scene, pure rotation or constant depth: the homography explains the matches as well.
     ParallaxUnobservable,
+    /// Two photos alone: what only the target shows was not measured, and bends back to a plane of the scene.
+    OutsideGuessed,
+    /// Two photos alone: with their depth the picture would bend or tear outside the reference, so a homography was fitted.
+    ParallaxIgnored,
     /// The model rests on few inliers.
     FewInliers {
         /// How many.
@@ -54,6 +58,8 @@ impl Warning {
             Warning::DepthInconsistent => "depth-inconsistent",
             Warning::DepthUnusable { .. } => "depth-unusable",
             Warning::ParallaxUnobservable => "parallax-unobservable",
+            Warning::OutsideGuessed => "outside-guessed",
+            Warning::ParallaxIgnored => "parallax-ignored",
             Warning::FewInliers { .. } => "few-inliers",
             Warning::LowInlierRatio { .. } => "low-inlier-ratio",
             Warning::ThresholdWidened { .. } => "threshold-widened",
@@ -75,6 +81,12 @@ impl Warning {
             }
             Warning::ParallaxUnobservable => {
                 "The matches show no parallax (flat scene, pure rotation or constant depth): the photos are aligned by a homography.".into()
+            }
+            Warning::OutsideGuessed => {
+                "The depth of what only the target shows is a guess: that part is aligned like one plane of the scene.".into()
+            }
+            Warning::ParallaxIgnored => {
+                "With depth the part that only the target shows would look distorted: the photos are aligned by a homography.".into()
             }
             Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: check the result carefully."),
             Warning::LowInlierRatio { ratio } => {

@@ -30,7 +30,7 @@ fn completion_leaves_the_inside_and_reproduces_planes() {
     let model = sideways();
     let plane = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0015 * y;
     let garbage = |x: f64, y: f64| if model.project(x, y, plane(x, y)).unwrap()[0] < 197.0 { plane(x, y) } else { 7.0 };
-    let found = complete_depth(&map(size, garbage), None, &model, size, None, &mut ()).unwrap();
+    let found = complete_depth(&map(size, garbage), None, &model, size, None, &Default::default(), &mut ()).unwrap();
     for (found, expected) in found.data().iter().zip(map(size, plane).data()) {
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
@@ -38,7 +38,7 @@ fn completion_leaves_the_inside_and_reproduces_planes() {
     let bump =
         |x: f64, y: f64| plane(x, y) + 0.5 * (-((x - 90.0) * (x - 90.0) + (y - 80.0) * (y - 80.0)) / 800.0).exp();
     let bumpy = map(size, |x, y| if model.project(x, y, bump(x, y)).unwrap()[0] < 197.0 { bump(x, y) } else { 7.0 });
-    let found = complete_depth(&bumpy, None, &model, size, None, &mut ()).unwrap();
+    let found = complete_depth(&bumpy, None, &model, size, None, &Default::default(), &mut ()).unwrap();
     let mut largest = 0.0f64;
     for y in 0..size.1 {
         for x in 0..size.0 {
@@ -69,14 +69,15 @@ fn completion_starts_from_what_is_reliable() {
     let depth = map(size, |x, y| if y < 90.0 { 1.2 } else { plane(x, y) });
     let mut mask = Mask::empty(size.0, size.1).unwrap();
     mask.data_mut().iter_mut().enumerate().filter(|(i, _)| i / size.0 >= 90).for_each(|(_, m)| *m = 255);
-    let found = complete_depth(&depth, None, &sideways(), size, Some(&mask), &mut ()).unwrap();
+    let found = complete_depth(&depth, None, &sideways(), size, Some(&mask), &Default::default(), &mut ()).unwrap();
     assert!((f64::from(found.data()[145 * 200 + 195]) - plane(195.0, 145.0)).abs() < 0.01);
     let small = Mask::empty(3, 3).unwrap();
-    let refused = complete_depth(&depth, None, &sideways(), size, Some(&small), &mut ()).map_err(|error| *error);
+    let refused = complete_depth(&depth, None, &sideways(), size, Some(&small), &Default::default(), &mut ())
+        .map_err(|error| *error);
     assert!(matches!(refused, Err(Error::SizeMismatch { name: "reliable", .. })));
     // Nothing inside: nothing to continue.
     let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..sideways() };
-    assert_eq!(complete_depth(&depth, None, &away, size, None, &mut ()).unwrap(), depth);
+    assert_eq!(complete_depth(&depth, None, &away, size, None, &Default::default(), &mut ()).unwrap(), depth);
 }
 
 /// A picture of two colours: of what is above the line y = 60 + 0.25·x, and of what is below it.
@@ -99,7 +100,9 @@ fn a_straight_edge_is_extrapolated_straight() {
     mask.data_mut().iter_mut().enumerate().filter(|(i, _)| i % size.0 < 110).for_each(|(_, m)| *m = 255);
     let wrong = |x: f64, y: f64| if x < 110.0 { truth(x, y) } else { 3.0 * (0.2 * x).sin() };
     let photo = two_colours(size);
-    let found = complete_depth(&map(size, wrong), Some(photo.view()), &model, size, Some(&mask), &mut ()).unwrap();
+    let found =
+        complete_depth(&map(size, wrong), Some(photo.view()), &model, size, Some(&mask), &Default::default(), &mut ())
+            .unwrap();
     // Just above the edge and along all of it, in pixels of the other photo.
     let images: Vec<[f64; 2]> = (20..230)
         .map(|x| [f64::from(x), edge(f64::from(x)) - 5.0])
@@ -125,7 +128,7 @@ fn extrapolated_depth_does_not_run_away() {
     // Steep and noisy where it is known.
     let noisy =
         map(size, |x, y| 0.5 + 0.3 * (y * 0.1).sin() + 0.02 * ((x * 12.9898 + y * 78.233).sin() * 43758.5).fract());
-    let found = complete_depth(&noisy, None, &model, size, Some(&mask), &mut ()).unwrap();
+    let found = complete_depth(&noisy, None, &model, size, Some(&mask), &Default::default(), &mut ()).unwrap();
     assert!(found.data().iter().all(|d| (-1.0..2.0).contains(d)));
 }
 
@@ -143,7 +146,9 @@ fn both_maps_are_one_surface_at_the_border() {
     let own = derived.data().iter().zip(mask.data()).map(|(d, m)| if *m != 0 { *d } else { 5.0 }).collect::<Vec<f32>>();
     let own = InverseDepth::new("depth", &own, size, DepthKind::Inverse, None, size).unwrap();
     let photo = two_colours(size);
-    let found = complete_reference_depth(&own, photo.view(), &target, [&model, &back], &mask, &mut ()).unwrap();
+    let found =
+        complete_reference_depth(&own, photo.view(), &target, [&model, &back], &mask, &Default::default(), &mut ())
+            .unwrap();
     for y in 0..size.1 {
         for x in 0..size.0 {
             let (x, y) = (x as f64, y as f64);

@@ -1,13 +1,13 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
-use super::interpolation::diagonal;
 use super::pull_push::Level;
-use super::surface::{Surface, sample_step};
+use super::surface::{Extrapolation, Outside, Surface, sample_step};
 use super::transfer::for_each_landing;
-use crate::features::{LineSegmentOptions, line_segments};
+use crate::features::{LineSegment, LineSegmentOptions, line_segments};
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
+use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// What lies closer to the other photo's border than this, in its pixels, was matched badly.
@@ -18,6 +18,22 @@ const LEAST_SAMPLES: usize = 20;
 const BORDER: f64 = 0.03;
 /// How far the surface bends away to meet reliable depth, as a share of the diagonal.
 const REACH: f64 = 0.03;
+
+/// How depth is completed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CompletionOptions {
+    /// Whether what is reliable stays as it is. Otherwise the surface replaces it, too: then neighbours keep together and
+    /// straight lines straight, which noise and edges of the depth do not leave them.
+    pub keep_reliable: bool,
+    /// How depth goes on outside of the other photo.
+    pub extrapolation: Extrapolation,
+}
+
+impl Default for CompletionOptions {
+    fn default() -> Self {
+        Self { keep_reliable: true, extrapolation: Extrapolation::Surface }
+    }
+}
 
 /// Replaces all inverse depth of the `photo` that is not reliable: where the mask `reliable` is 0 (nowhere by default), and where
 /// `model` sends a pixel outside the `other` photo (width, height) or next to its border.
@@ -35,32 +51,11 @@ pub fn complete_depth(
     model: &Model,
     other: (usize, usize),
     reliable: Option<&Mask>,
+    options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
-    let (w, size) = (depth.width(), (depth.width(), depth.height()));
-    if let Some(mask) = reliable {
-        check_size("reliable", (mask.width(), mask.height()), size)?;
-    }
-    if let Some(photo) = photo {
-        check_size("photo", (photo.width(), photo.height()), size)?;
-    }
-    report(observer, Stage::Depth, 0.0)?;
-    let limit = [other.0, other.1].map(|size| size as f64 - MARGIN);
-    let mut known = Vec::new();
-    reserve(&mut known, depth.data().len())?;
-    for (y, row) in depth.data().chunks_exact(w).enumerate() {
-        known.extend(row.iter().enumerate().map(|(x, &d)| {
-            if reliable.is_some_and(|mask| mask.data()[y * w + x] == 0) {
-                return f32::NAN;
-            }
-            let place = model.project(x as f64, y as f64, f64::from(d)).unwrap_or_default();
-            let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
-            if within { d } else { f32::NAN }
-        }));
-    }
-    let known = InverseDepth::from_values(known, size.0, size.1);
-    report(observer, Stage::Depth, 0.2)?;
-    Ok(completed(&known, photo, model, observer)?.unwrap_or_else(|| depth.clone()))
+    let other = Outside { model, size: other };
+    Ok(Known::of(depth, photo, other, reliable, observer)?.completed(options)?.unwrap_or_else(|| depth.clone()))
 }
 
 /// As [`complete_depth`] of the reference's map `own`; but near the photo's border, where few windows could be compared and both
@@ -75,6 +70,7 @@ pub fn complete_reference_depth(
     target: &InverseDepth,
     models: [&Model; 2],
     reliable: &Mask,
+    options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
     let (w, h) = (own.width(), own.height());
@@ -94,42 +90,98 @@ pub fn complete_reference_depth(
         }
     })?;
     let known = InverseDepth::from_values(known, w, h);
-    Ok(completed(&known, Some(photo), models[1], observer)?.unwrap_or_else(|| own.clone()))
+    let other = Outside { model: models[1], size: (target.width(), target.height()) };
+    Ok(Known::new(known, Some(photo), other, observer)?.completed(options)?.unwrap_or_else(|| own.clone()))
 }
 
-/// Fills what is NaN in `known`; `None` when hardly anything is not. `model` tells what differences of depth weigh.
-pub(super) fn completed(
-    known: &InverseDepth,
-    photo: Option<ImageView<'_>>,
-    model: &Model,
-    observer: &mut dyn Observer,
-) -> Result<Option<InverseDepth>> {
-    let (w, h, values) = (known.width(), known.height(), known.data());
-    let step = sample_step((w, h));
-    let mut samples = Vec::new();
-    for y in (0..h).step_by(step) {
-        for x in (0..w).step_by(step) {
-            let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
-            if !depth.is_nan() {
-                samples.push(DepthSample { point, depth, parallax: model.parallax(point, depth) });
+/// What is known of the depth of a photo, ready to be completed in one way or another.
+pub(crate) struct Known<'a> {
+    /// NaN where it is not known.
+    depth: InverseDepth,
+    samples: Vec<DepthSample>,
+    photo: Option<ImageView<'a>>,
+    segments: Vec<LineSegment>,
+    other: Outside<'a>,
+}
+
+impl<'a> Known<'a> {
+    /// Of a map, what is reliable and lands inside of the other photo.
+    pub fn of(
+        depth: &InverseDepth,
+        photo: Option<ImageView<'a>>,
+        other: Outside<'a>,
+        reliable: Option<&Mask>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let (w, size) = (depth.width(), (depth.width(), depth.height()));
+        if let Some(mask) = reliable {
+            check_size("reliable", (mask.width(), mask.height()), size)?;
+        }
+        if let Some(photo) = photo {
+            check_size("photo", (photo.width(), photo.height()), size)?;
+        }
+        report(observer, Stage::Depth, 0.0)?;
+        let limit = [other.size.0, other.size.1].map(|size| size as f64 - MARGIN);
+        let mut known = Vec::new();
+        reserve(&mut known, depth.data().len())?;
+        for (y, row) in depth.data().chunks_exact(w).enumerate() {
+            known.extend(row.iter().enumerate().map(|(x, &d)| {
+                if reliable.is_some_and(|mask| mask.data()[y * w + x] == 0) {
+                    return f32::NAN;
+                }
+                let place = other.model.project(x as f64, y as f64, f64::from(d)).unwrap_or_default();
+                let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
+                if within { d } else { f32::NAN }
+            }));
+        }
+        Self::new(InverseDepth::from_values(known, size.0, size.1), photo, other, observer)
+    }
+
+    /// Of a map that is NaN where it is not known.
+    pub fn new(
+        depth: InverseDepth,
+        photo: Option<ImageView<'a>>,
+        other: Outside<'a>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        report(observer, Stage::Depth, 0.2)?;
+        let (w, h, values) = (depth.width(), depth.height(), depth.data());
+        let step = sample_step((w, h));
+        let mut samples = Vec::new();
+        for y in (0..h).step_by(step) {
+            for x in (0..w).step_by(step) {
+                let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
+                if !depth.is_nan() {
+                    samples.push(DepthSample { point, depth, parallax: other.model.parallax(point, depth) });
+                }
             }
         }
+        let segments = match photo {
+            Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
+            None => Vec::new(),
+        };
+        report(observer, Stage::Depth, 0.5)?;
+        Ok(Self { depth, samples, photo, segments, other })
     }
-    if samples.len() < LEAST_SAMPLES {
-        return Ok(None);
-    }
-    let segments = match photo {
-        Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
-        None => Vec::new(),
-    };
-    report(observer, Stage::Depth, 0.5)?;
-    let Some(surface) = Surface::fit(&samples, (w, h), photo, &segments)? else { return Ok(None) };
-    let mut filled = surface.dense((w, h))?;
-    let details = Level::of(w, &filled, values)?.continued(0.5 * REACH * diagonal((w, h)))?;
-    for (y, (row, known)) in filled.chunks_exact_mut(w).zip(values.chunks_exact(w)).enumerate() {
-        for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
-            *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };
+
+    /// A whole map; `None` when hardly anything is known.
+    pub fn completed(&self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
+        if self.samples.len() < LEAST_SAMPLES {
+            return Ok(None);
         }
+        let (size, values) = ((self.depth.width(), self.depth.height()), self.depth.data());
+        let surface =
+            Surface::fit(&self.samples, size, self.photo, &self.segments, &self.other, options.extrapolation)?;
+        let Some(surface) = surface else { return Ok(None) };
+        let mut filled = surface.dense(size)?;
+        if options.keep_reliable {
+            let details = Level::of(size.0, &filled, values)?.continued(0.5 * REACH * diagonal(size))?;
+            for (y, (row, known)) in filled.chunks_exact_mut(size.0).zip(values.chunks_exact(size.0)).enumerate() {
+                for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
+                    *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };
+                }
+            }
+        }
+        Ok(Some(InverseDepth::from_values(filled, size.0, size.1)))
     }
-    Ok(Some(InverseDepth::from_values(filled, w, h)))
 }

@@ -4,6 +4,7 @@ use wide::f32x4;
 
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
+use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Result, Stage};
 
 /// A value at a point of the photo.
@@ -154,11 +155,6 @@ impl<'a> Scattered<'a> {
         }
         Ok(InverseDepth::from_values(data, w, h))
     }
-}
-
-/// Of a width and a height.
-pub(super) fn diagonal((w, h): (usize, usize)) -> f64 {
-    ((w * w + h * h) as f64).sqrt()
 }
 
 /// Mean red, green and blue of the `size`×`size` pixels from (x, y) on, as far as they are in the photo.

@@ -10,9 +10,12 @@ mod surface;
 mod transfer;
 mod two_view;
 
-pub use completion::{complete_depth, complete_reference_depth};
+pub(crate) use completion::Known;
+pub use completion::{CompletionOptions, complete_depth, complete_reference_depth};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};
+pub use surface::Extrapolation;
+pub(crate) use surface::Outside;
 pub use transfer::{derive_depth, derive_missing};
 pub use two_view::{TwoView, two_view};

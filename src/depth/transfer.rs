@@ -1,6 +1,7 @@
 //! The other photo's inverse depth from one map.
 
-use super::completion::completed;
+use super::completion::{CompletionOptions, Known};
+use super::surface::Outside;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
 use crate::image::{filled, zeroed};
 use crate::observer::{Observer, report};
@@ -33,7 +34,8 @@ pub fn derive_depth(
         }
     })?;
     let seen = InverseDepth::from_values(seen, w, h);
-    completed(&seen, None, &reverse, observer)
+    let other = Outside { model: &reverse, size: (depth.width(), depth.height()) };
+    Known::new(seen, None, other, observer)?.completed(&CompletionOptions::default())
 }
 
 /// Calls `put` with the index of every pixel of the `other` photo (width, height) that a pixel of the map covers there, its

@@ -1,8 +1,9 @@
 //! Inverse depth from the two photos alone: dense maps through the relative inverse depth of the matches.
 
-use super::interpolation::{Kernel, Sample, Scattered, diagonal};
+use super::interpolation::{Kernel, Sample, Scattered};
 use crate::geometry::{DepthSample, Estimate, EstimateOptions, Match, two_view_geometry};
 use crate::observer::Observer;
+use crate::rect::diagonal;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Result};
 

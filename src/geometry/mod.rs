@@ -3,6 +3,7 @@
 //! [`estimate()`] is the whole of it. One robust estimator (`ransac`) serves the homography and the depth model (`projection`)
 //! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras.
 
+mod anisotropy;
 mod calibrated;
 mod epipolar;
 mod estimate;
@@ -18,6 +19,7 @@ mod robust_fit;
 mod summary;
 mod usable;
 
+pub use anisotropy::anisotropy;
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
 pub use homography::homography;

@@ -6,10 +6,12 @@ use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, 
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
+use super::outside::{Completed, complete};
 use super::timer::StageTimer;
-use crate::depth::{Prior, RefineOptions, complete_depth, complete_reference_depth, refine_prior};
+use crate::depth::{Extrapolation, Prior, RefineOptions, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::Observer;
+use crate::report::Warning;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
 
@@ -67,8 +69,8 @@ pub(super) fn align_timed<'a>(
         }
         None => align_by_features(views, options, observer, timer)?,
     };
-    if let Some(options) = &options.refine {
-        alignment.refine_depth(given, views, options, observer)?;
+    if let Some(refine) = &options.refine {
+        alignment.refine_depth(given, views, refine, options, observer)?;
         timer.end(Stage::Refine, observer);
     }
     Ok(alignment)
@@ -140,7 +142,8 @@ impl Alignment<'_> {
         &mut self,
         given: Option<&[Match]>,
         [target, reference]: [View<'_>; 2],
-        options: &RefineOptions,
+        refine: &RefineOptions,
+        options: &Options,
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let Estimate { forward, reverse, kind, .. } = self.geometry;
@@ -150,22 +153,37 @@ impl Alignment<'_> {
         let matches = given.or(self.matches.as_deref()).unwrap_or_default();
         let error = self.prediction_error.unwrap_or_else(|| self.inlier_error(matches));
         let prior = Prior { error, weak: kind == ModelKind::TwoView };
+        let photos = [target.image, reference.image];
         let [target, reference] = self.views(target, reference);
-        let refined = refine_prior(target, reference, &forward, &reverse, prior, options, observer)?;
-        let sizes = [target, reference].map(|view| (view.image.width(), view.image.height()));
-        let [reliable_target, reliable_reference] = refined.reliable;
-        let mut maps = [refined.target, refined.reference];
+        let refined = refine_prior(target, reference, &forward, &reverse, prior, refine, observer)?;
         if kind == ModelKind::TwoView {
-            // Two photos say nothing about the depth of what only one of them shows.
-            let [own, others] = &mut maps;
-            let photo = Some(target.image);
-            *own = complete_depth(own, photo, &forward, sizes[1], Some(&reliable_target), observer)?;
-            let both = [&forward, &reverse];
-            *others = complete_reference_depth(others, reference.image, own, both, &reliable_reference, observer)?;
+            match complete(&self.geometry, matches, photos, refined, options, observer)? {
+                Completed::Surfaces(maps, extrapolation) => {
+                    self.depth = maps.map(|map| Some(Cow::Owned(map)));
+                    if extrapolation == Extrapolation::Plane {
+                        self.geometry.warnings.push(Warning::OutsideGuessed);
+                    }
+                }
+                Completed::Homography(flat) => self.replace_by_homography(*flat),
+            }
+            return Ok(());
         }
-        self.depth = maps.map(|map| Some(Cow::Owned(map)));
-        self.reliable = Some(reliable_reference);
+        self.depth = [refined.target, refined.reference].map(|map| Some(Cow::Owned(map)));
+        let [_, reliable] = refined.reliable;
+        self.reliable = Some(reliable);
         Ok(())
+    }
+
+    /// Goes on without depth.
+    fn replace_by_homography(&mut self, mut flat: Estimate) {
+        flat.warnings.retain(|warning| !matches!(warning, Warning::NoDepth));
+        flat.warnings.insert(0, Warning::ParallaxIgnored);
+        let ignored =
+            |warning: &&Warning| matches!(warning, Warning::DepthInconsistent | Warning::DepthUnusable { .. });
+        flat.warnings.extend(self.geometry.warnings.iter().filter(ignored).cloned());
+        self.geometry = flat;
+        self.depth = [None, None];
+        self.prediction_error = None;
     }
 
     /// Σ min(r²/t², 1) over the matches, t the threshold in pixels. r is the forward transfer error; with depth from the

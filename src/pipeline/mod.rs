@@ -17,6 +17,7 @@ mod features;
 mod memory;
 mod models;
 mod options;
+mod outside;
 mod timer;
 
 use std::borrow::Cow;

@@ -6,7 +6,7 @@ use super::align::Alignment;
 use super::options::{Options, WithoutDepth};
 use crate::depth::{derive_missing, two_view};
 use crate::features::track;
-use crate::geometry::{Estimate, Frame, Match, ModelKind, estimate};
+use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
 use crate::{Error, InverseDepth, Result, View};
@@ -61,6 +61,17 @@ pub(super) fn if_possible<T>(attempt: Result<T>) -> Result<Option<T>> {
             _ => Err(error),
         },
     }
+}
+
+/// The homography of the matches.
+pub(super) fn fit_homography(
+    matches: &[Match],
+    sizes: [(usize, usize); 2],
+    options: &EstimateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Estimate> {
+    let [target, reference] = sizes.map(|size| Frame { size, depth: None });
+    estimate(matches, target, reference, options, observer)
 }
 
 /// The models with depth from the matches themselves.

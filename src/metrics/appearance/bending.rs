@@ -2,6 +2,7 @@
 
 use crate::InverseDepth;
 use crate::geometry::{Match, Model, homography};
+use crate::rect::diagonal;
 
 /// The target is looked at at about so many points a row.
 const COLUMNS: usize = 150;
@@ -39,5 +40,5 @@ pub fn bending(
         Some(x * x + y * y)
     };
     let squares: Option<f64> = outside.iter().map(squared).sum();
-    Some(100.0 * (squares? / outside.len() as f64).sqrt() / super::diagonal(reference))
+    Some(100.0 * (squares? / outside.len() as f64).sqrt() / diagonal(reference))
 }

@@ -3,6 +3,7 @@
 use crate::features::LineSegment;
 use crate::geometry::Model;
 use crate::image::check_size;
+use crate::rect::diagonal;
 use crate::{Error, InverseDepth, Result};
 
 /// Least length, as a share of the target's diagonal.
@@ -55,7 +56,7 @@ pub fn broken_lines(
     depth: Option<&InverseDepth>,
     reference: (usize, usize),
 ) -> BrokenLines {
-    let least = LENGTH * super::diagonal(size);
+    let least = LENGTH * diagonal(size);
     let mut found = BrokenLines::default();
     for segment in segments.iter().filter(|segment| segment.length() > least) {
         let mapped = ASIDE.iter().filter_map(|&aside| map(segment, aside, forward, depth, reference));

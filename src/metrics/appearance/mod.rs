@@ -77,11 +77,6 @@ fn inside(frame: Rect, x: usize, y: usize) -> i64 {
     along(x, frame.x, frame.width).min(along(y, frame.y, frame.height))
 }
 
-fn diagonal((width, height): (usize, usize)) -> f64 {
-    let (width, height) = (width as f64, height as f64);
-    (width * width + height * height).sqrt()
-}
-
 fn share(part: usize, whole: usize) -> f64 {
     part as f64 / whole.max(1) as f64
 }

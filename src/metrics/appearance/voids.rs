@@ -1,7 +1,8 @@
 //! Voids of the warped target within the reference.
 
-use super::{diagonal, inside, share};
+use super::{inside, share};
 use crate::Rect;
+use crate::rect::diagonal;
 use crate::warp::Warped;
 
 /// Width of the band inside the reference's border, as a share of its diagonal.

@@ -1,0 +1,108 @@
+//! The plane of a scene that what only one photo shows is most naturally taken for.
+//!
+//! A plane of inverse depth is a homography to the other photo, so nothing in it bends. Which of the scene's planes shows the
+//! rest as a person expects it is not said by its size alone: seen as part of the ground, a house leans.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Outside;
+use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth};
+use crate::rect::diagonal;
+
+/// Samples that are looked at.
+const SAMPLES: usize = 1500;
+/// Planes are started from the samples of the whole photo, of quarters and of sixteenths.
+const TILES: [usize; 3] = [1, 2, 4];
+/// Distance in the other photo, as a share of its diagonal, of what is part of a plane.
+const TOLERANCE: f64 = 0.003;
+/// Refits to these.
+const REFITS: usize = 8;
+/// How near the outside a sample has to be to weigh much, as a share of the diagonal.
+const NEAR: f64 = 0.15;
+/// What every sample weighs at least, next to one in the middle of the outside.
+const ANYWHERE: f64 = 0.01;
+/// The outside is looked at at so many points a side.
+const POINTS: usize = 24;
+/// How much larger, as a logarithm, a plane has to be for a unit of anisotropy.
+const NATURAL: f64 = 3.0;
+
+/// a, b, c of the inverse depth ax + by + c: a plane that many of the samples near the outside are part of, and that shows a
+/// photo of this size without making it lean. `None` if all samples lie on one line.
+pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &Outside<'_>) -> Option<[f64; 3]> {
+    let samples: Vec<DepthSample> = samples.iter().step_by((samples.len() / SAMPLES).max(1)).copied().collect();
+    let dominant = dominant_plane(&samples, 1.0)?;
+    let weights = near_outside(&samples, size, dominant, other);
+    let tolerance = TOLERANCE * diagonal(other.size);
+    let mut best = (dominant, f64::NEG_INFINITY);
+    for count in TILES {
+        for tile in 0..count * count {
+            let within = |s: &&DepthSample| {
+                let at = |p: f64, side: usize| ((p * count as f64 / side as f64) as usize).min(count - 1);
+                at(s.point[0], size.0) + count * at(s.point[1], size.1) == tile
+            };
+            let part: Vec<DepthSample> = samples.iter().filter(within).copied().collect();
+            let Some(mut plane) = dominant_plane(&part, 1.0) else { continue };
+            for _ in 0..REFITS {
+                let Some(better) = refit(&samples, &weights, plane, tolerance) else { break };
+                plane = better;
+            }
+            let score = score(&samples, &weights, plane, tolerance, (size, other));
+            if score > best.1 {
+                best = (plane, score);
+            }
+        }
+    }
+    Some(best.0)
+}
+
+/// How far in pixels outside of the other photo a point with this depth lands; infinitely far behind its camera.
+pub(super) fn outside(other: &Outside<'_>, [x, y]: [f64; 2], depth: f64) -> f64 {
+    let Some([u, v]) = other.model.project(x, y, depth) else { return f64::INFINITY };
+    let beyond = |p: f64, side: usize| (-p).max(p - (side - 1) as f64).max(0.0);
+    let (a, b) = (beyond(u, other.size.0), beyond(v, other.size.1));
+    (a * a + b * b).sqrt()
+}
+
+/// How much each sample says about what lies outside of the other photo.
+fn near_outside(samples: &[DepthSample], (w, h): (usize, usize), plane: [f64; 3], other: &Outside<'_>) -> Vec<f64> {
+    let at = |i: usize, side: usize| i as f64 * (side - 1) as f64 / (POINTS - 1) as f64;
+    let points = (0..POINTS * POINTS).map(|i| [at(i % POINTS, w), at(i / POINTS, h)]);
+    let outer: Vec<[f64; 2]> = points.filter(|p| outside(other, *p, plane_depth(plane, *p)) > 0.0).collect();
+    let reach = NEAR * diagonal((w, h));
+    let near = |s: &DepthSample, p: &[f64; 2]| {
+        let (x, y) = (p[0] - s.point[0], p[1] - s.point[1]);
+        libm::exp(-(x * x + y * y).sqrt() / reach)
+    };
+    samples.iter().map(|s| outer.iter().map(|p| near(s, p)).sum::<f64>() + ANYWHERE).collect()
+}
+
+/// Distance of a sample from a plane in pixels of the other photo.
+fn distance(s: &DepthSample, plane: [f64; 3]) -> f64 {
+    ((s.depth - plane_depth(plane, s.point)) * s.parallax).abs()
+}
+
+/// The plane again, by weighted least squares of what is part of it; `None` when that is on one line.
+fn refit(samples: &[DepthSample], weights: &[f64], plane: [f64; 3], tolerance: f64) -> Option<[f64; 3]> {
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (s, weight) in samples.iter().zip(weights).filter(|(s, _)| distance(s, plane) < tolerance) {
+        let p = Vector3::new(s.point[0], s.point[1], 1.0);
+        let weight = weight * s.parallax * s.parallax;
+        normal.syger(weight, &p, &p, 1.0);
+        right += p * (weight * s.depth);
+    }
+    Some(normal.cholesky()?.solve(&right).into())
+}
+
+/// Logarithm of the share of the samples in a plane, less its anisotropy.
+fn score(
+    samples: &[DepthSample],
+    weights: &[f64],
+    plane: [f64; 3],
+    tolerance: f64,
+    (size, other): ((usize, usize), &Outside<'_>),
+) -> f64 {
+    let all: f64 = weights.iter().sum();
+    let part: f64 = samples.iter().zip(weights).filter(|(s, _)| distance(s, plane) < tolerance).map(|(_, w)| w).sum();
+    let leaning = anisotropy(other.model, size, &|x, y| plane_depth(plane, [x, y]), None);
+    libm::log(part / all) - NATURAL * leaning.unwrap_or(0.0)
+}

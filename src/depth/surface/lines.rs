@@ -1,0 +1,91 @@
+//! Straight lines of the photo, along which inverse depth is affine.
+
+use super::mesh::{Mesh, Term};
+use super::{ROBUST, robust};
+use crate::features::LineSegment;
+use crate::rect::diagonal;
+
+/// Weight of a sample on a straight line.
+const LINE: f64 = 8.0;
+/// Segments shorter than this share of the diagonal are left out.
+const SHORTEST: f64 = 0.04;
+/// An occluding edge belongs to the nearer of its sides, in pixels from the line.
+const BESIDE: f64 = 2.5;
+
+/// Terms along a straight line, whose values are affine in `along`.
+pub(super) struct Line {
+    pub terms: Vec<Term>,
+    along: Vec<f64>,
+    pub weights: Vec<f64>,
+}
+
+/// Samples along both sides of the segments.
+pub(super) fn along(mesh: &Mesh, segments: &[LineSegment], (w, h): (usize, usize)) -> Vec<Line> {
+    let mut lines = Vec::new();
+    for segment in segments {
+        let length = segment.length();
+        if length < SHORTEST * diagonal((w, h)) {
+            continue;
+        }
+        let [[x, y], [u, v]] = [segment.start, segment.end];
+        let (dx, dy) = (u - x, v - y);
+        let count = ((2.0 * length / mesh.spacing) as usize).max(4);
+        for side in [-BESIDE, BESIDE] {
+            let (mut terms, mut along) = (Vec::new(), Vec::new());
+            for k in 0..count {
+                let t = k as f64 / (count - 1) as f64;
+                let point = [x + dx * t - dy / length * side, y + dy * t + dx / length * side];
+                let within = |p: f64, side: usize| p >= 0.0 && p <= (side - 1) as f64;
+                if within(point[0], w) && within(point[1], h) {
+                    let (nodes, coefficients) = mesh.cell(point);
+                    terms.push(Term { nodes, coefficients, target: 0.0, weight: LINE, inverse_scale: 1.0 });
+                    along.push(t);
+                }
+            }
+            if terms.len() > 2 {
+                let weights = vec![0.0; terms.len()];
+                lines.push(Line { terms, along, weights });
+            }
+        }
+    }
+    lines
+}
+
+impl Line {
+    /// Intercept and slope that fit `values` best.
+    fn affine(&self, values: &[f64]) -> [f64; 2] {
+        let [mut s, mut t, mut tt, mut v, mut tv] = [0.0; 5];
+        for ((&w, &a), &value) in self.weights.iter().zip(&self.along).zip(values) {
+            (s, t, tt, v, tv) = (s + w, t + w * a, tt + w * a * a, v + w * value, tv + w * a * value);
+        }
+        let det = s * tt - t * t;
+        if det > 1e-12 * s * s { [(tt * v - t * tv) / det, (s * tv - t * v) / det] } else { [v / s, 0.0] }
+    }
+
+    fn values(&self, x: &[f64]) -> Vec<f64> {
+        self.terms.iter().map(|term| term.value(x)).collect()
+    }
+
+    pub fn reweight(&mut self, x: &[f64], pass: usize) {
+        let values = self.values(x);
+        if pass == 0 {
+            self.weights.iter_mut().for_each(|w| *w = LINE);
+            return;
+        }
+        let [a, b] = self.affine(&values);
+        for ((w, value), t) in self.weights.iter_mut().zip(values).zip(&self.along) {
+            *w = LINE * robust(value - a - b * t, pass >= ROBUST);
+        }
+    }
+
+    /// Takes off what the matrix has of this line's terms but should not have: their affine part.
+    pub fn release(&self, x: &[f64], out: &mut [f64]) {
+        let [a, b] = self.affine(&self.values(x));
+        for ((term, w), t) in self.terms.iter().zip(&self.weights).zip(&self.along) {
+            let pull = w * (a + b * t);
+            for (&n, c) in term.nodes.iter().zip(term.coefficients) {
+                out[n] -= pull * c;
+            }
+        }
+    }
+}
