@@ -1,8 +1,8 @@
 //! Depth that is completed inside the overlap and outside, and carried over to the other photo.
 #![allow(clippy::unwrap_used)]
 
-use depthstitch::depth::{complete_depth, complete_reference_depth, derive_depth};
-use depthstitch::geometry::Model;
+use depthstitch::depth::{CompletionOptions, Extrapolation, complete_depth, complete_reference_depth, derive_depth};
+use depthstitch::geometry::{Model, anisotropy};
 use depthstitch::image::DepthKind;
 use depthstitch::{Error, Image, InverseDepth, Mask};
 use nalgebra::{Matrix3, Vector3};
@@ -200,4 +200,61 @@ fn of_two_things_in_one_place_the_nearer_is_seen() {
     assert_eq!(derive_depth(&depth, &away, size, &mut ()).unwrap(), None);
     let singular = Model { h: Matrix3::zeros(), ..model };
     assert_eq!(derive_depth(&depth, &singular, size, &mut ()).unwrap(), None);
+}
+
+#[test]
+fn a_surface_replaces_noise_as_well() {
+    let (size, model) = ((240, 180), sideways());
+    let truth = |x: f64, y: f64| 0.3 + 0.001 * x - 0.0005 * y;
+    let noise = |x: f64, y: f64| 0.2 * (((x * 12.9898 + y * 78.233).sin() * 43758.5).fract());
+    let options = CompletionOptions { keep_reliable: false, ..Default::default() };
+    let noisy = map(size, |x, y| truth(x, y) + noise(x, y));
+    let found = complete_depth(&noisy, None, &model, size, None, &options, &mut ()).unwrap();
+    let worst = |map: &InverseDepth| {
+        let error = |(i, d): (usize, &f32)| (f64::from(*d) - truth((i % size.0) as f64, (i / size.0) as f64)).abs();
+        map.data().iter().enumerate().filter(|(i, _)| i % size.0 < 160).map(error).fold(0.0, f64::max)
+    };
+    assert!(worst(&noisy) > 0.19 && worst(&found) < 0.1, "{} {}", worst(&noisy), worst(&found));
+}
+
+#[test]
+fn far_outside_the_surface_becomes_a_plane_in_which_nothing_leans() {
+    // A wall down to y = 150, and ground in front of it that comes nearer below. The target shows much to the left of the reference.
+    let (size, other) = ((400, 300), (400, 300));
+    let h = Matrix3::new(1.0, 0.0, -200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let model = Model { h, e: Vector3::new(40.0, 0.0, 0.0) };
+    let truth = |_: f64, y: f64| if y < 150.0 { 0.1 } else { 0.1 + 0.008 * (y - 150.0) };
+    let depth = map(size, truth);
+    let completed = |extrapolation| {
+        let options = CompletionOptions { keep_reliable: false, extrapolation };
+        complete_depth(&depth, None, &model, other, None, &options, &mut ()).unwrap()
+    };
+    let [surface, plane] = [Extrapolation::Surface, Extrapolation::Plane].map(completed);
+    let at = |map: &InverseDepth, x: usize, y: usize| f64::from(map.data()[y * size.0 + x]);
+    // Inside both are the scene, beyond the border only the surface goes on.
+    for (x, y) in [(300, 50), (300, 250), (350, 280)] {
+        let expected = truth(x as f64, y as f64);
+        assert!((at(&surface, x, y) - expected).abs() < 0.1 && (at(&plane, x, y) - expected).abs() < 0.1, "{x} {y}");
+    }
+    assert!((at(&surface, 20, 280) - truth(20.0, 280.0)).abs() < 0.15, "{}", at(&surface, 20, 280));
+    assert!((at(&plane, 20, 280) - 0.1).abs() < 0.15, "{}", at(&plane, 20, 280));
+    let leaning = |map: &InverseDepth| anisotropy(&model, size, &|x, y| map.sample(x, y), Some(other)).unwrap();
+    assert!(leaning(&plane) < 0.7 * leaning(&surface), "{} {}", leaning(&plane), leaning(&surface));
+}
+
+#[test]
+fn anisotropy_is_that_of_the_map() {
+    let of = |rows: [f64; 9], region| {
+        anisotropy(&Model::homography(Matrix3::from_row_slice(&rows)), (400, 300), &|_, _| 0.0, region)
+    };
+    let similarity = [0.6, -0.8, 5.0, 0.8, 0.6, -9.0, 0.0, 0.0, 1.0];
+    assert!(of(similarity, None).unwrap() < 1e-6);
+    let stretched = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    assert!((of(stretched, None).unwrap() - 2f64.ln()).abs() < 1e-6);
+    let mirrored = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    assert_eq!(of(mirrored, None), Some(3.0));
+    // Everything lands well inside of a larger photo, so there is nothing to look at.
+    let centred = [1.0, 0.0, 800.0, 0.0, 1.0, 800.0, 0.0, 0.0, 1.0];
+    assert_eq!(of(centred, Some((2000, 2000))), None);
+    assert!(of(centred, Some((100, 100))).is_some());
 }
