@@ -10,12 +10,12 @@ use crate::observer::Observer;
 use crate::{ImageView, InverseDepth, Result};
 
 /// What a per cent of bending counts, next to a unit of anisotropy.
-const BENDING: f64 = 0.1;
+const BENDING: f64 = 0.15;
 /// By how much a homography has to be more natural, as it misses whatever is nearer or farther than its plane. Tuned on the evaluation
-/// cases: depth looks as good or better up to 0.33, worse at 0.71.
-const HOMOGRAPHY: f64 = 0.45;
+/// cases: depth looks as good or better up to 0.42, worse at 0.8.
+const HOMOGRAPHY: f64 = 0.6;
 /// By how much a plane has to be, as it is farther from the truth.
-const PLANE: f64 = 0.02;
+const PLANE: f64 = 0.04;
 
 /// What takes the place of refined depth when there are two photos and nothing else.
 pub(super) enum Completed {
