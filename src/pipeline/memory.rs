@@ -61,7 +61,7 @@ const SCALE_SPACE_ROWS: u64 = 440;
 const REFINE: u64 = 49;
 const AGGREGATE: u64 = 20;
 const AGGREGATE_ROWS: u64 = 144 * 16 + 128 * 32 + 7 * 15;
-/// Photos of more pixels are refined at half their size.
+/// Photos of more pixels are refined at half their size; so are those without depth maps.
 const REFINE_FULL_SIZE: u64 = 6_000_000;
 
 /// Depth from the photos alone: the banded equations of the extrapolation's mesh, and dense maps beside them.
@@ -197,7 +197,7 @@ impl<'a> Memory<'a> {
         let search = |pixels: u64, width: u64| {
             REFINE.saturating_mul(pixels).max(AGGREGATE.saturating_mul(pixels).saturating_add(AGGREGATE_ROWS * width))
         };
-        if larger <= REFINE_FULL_SIZE {
+        if larger <= REFINE_FULL_SIZE && !two_view {
             return priors.saturating_add(search(larger, width));
         }
         let results = self.both().saturating_mul(MAP + 2 * MASK);

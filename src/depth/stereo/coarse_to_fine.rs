@@ -15,7 +15,7 @@ use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 /// Images are not made smaller than this, in pixels: fewer leave hardly any texture around a census window.
 const SMALLEST: usize = 32;
 /// Photos of more pixels are searched at half their size at most, to bound time and memory: there, the last level gains
-/// little.
+/// little. Neither does it with a weak prior, as only a smooth surface is made of what is found.
 const MOST: usize = 6_000_000;
 /// Of the pixels inside the other photo one in so many has to be reliable for the others to keep their matches. Tuned on the
 /// evaluation cases.
@@ -62,7 +62,7 @@ pub(super) fn coarse_to_fine(
     observer: &mut dyn Observer,
 ) -> Result<[Corrected; 2]> {
     // The finest level that is searched: the full size, or half of it.
-    let last = usize::from(sides.iter().any(|side| side.pixels() > MOST));
+    let last = usize::from(options.weak_prior || sides.iter().any(|side| side.pixels() > MOST));
     build_pyramids(&mut sides, last, options.range)?;
     let levels = sides[0].pyramid.len();
     let last = last.min(levels - 1);
