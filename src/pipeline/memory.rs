@@ -65,7 +65,7 @@ const AGGREGATE_ROWS: u64 = 144 * 16 + 128 * 32 + 7 * 15;
 const REFINE_FULL_SIZE: u64 = 6_000_000;
 
 /// Depth from the photos alone: the banded equations of the extrapolation's mesh, and dense maps beside them.
-const MESH: u64 = 5_000_000;
+const MESH: u64 = 6_600_000;
 const DENSE: u64 = 21;
 
 /// Vertices in fixed point.
