@@ -1,6 +1,6 @@
 //! Every stage on the synthetic gallery and on the real pair where there is one, per pixel of the target.
 //!
-//! The real pair is read from `DEPTHSTITCH_DATA`, by default `../shared/data`.
+//! The real pair is read from `DEPTHSTITCH_DATA`.
 //!
 //! Native only, as criterion is; `npm run bench` times the wasm.
 #![allow(clippy::expect_used)]
@@ -45,10 +45,7 @@ mod native {
         let photos = Photos::of(&pair, &MatchOptions { count: 1000, sigma: 0.3, outliers: 0.1, seed: 1 });
         stages(&mut criterion.benchmark_group("gallery"), &photos.matches, photos.target(), photos.reference());
 
-        let Some(folder) = cases::data_folder().map(|data| data.join("nis-PTS_17")).filter(|folder| folder.is_dir())
-        else {
-            return;
-        };
+        let Some(folder) = cases::real_case("nis-PTS_17") else { return };
         let case = cases::load(&folder);
         stages(&mut criterion.benchmark_group("nis-PTS_17"), &case.matches, case.target(), case.reference());
     }

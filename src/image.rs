@@ -389,7 +389,6 @@ pub(crate) fn reserve<T>(v: &mut Vec<T>, len: usize) -> Result<()> {
 }
 
 #[cold]
-#[inline(never)]
 fn out_of_memory(len: usize, size: usize) -> Box<Error> {
     Error::OutOfMemory { bytes: (len as u64).saturating_mul(size as u64) }.into()
 }

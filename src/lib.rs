@@ -93,6 +93,7 @@
 
 #[cfg(feature = "codecs")]
 pub mod codecs;
+mod components;
 mod decimal;
 pub mod depth;
 mod distance;

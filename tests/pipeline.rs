@@ -6,9 +6,8 @@ mod scene;
 use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, Threshold, estimate};
 use depthstitch::image::DepthKind;
-use depthstitch::observer::Observer;
 use depthstitch::pipeline::{Options, Stitched, align, stitch};
-use depthstitch::{InverseDepth, Rect, Stage};
+use depthstitch::{InverseDepth, Rect};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -336,44 +335,6 @@ fn a_homography_has_no_depth() {
             assert_eq!(aligned.depth, [None, None]);
         }
     }
-}
-
-/// Remembers what was reported, and stops at the first report that `stop` is true of.
-struct Recorder {
-    seen: Vec<(Stage, f32)>,
-    stop: fn(Stage, f32) -> bool,
-}
-
-impl Observer for Recorder {
-    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        self.seen.push((stage, fraction));
-        !(self.stop)(stage, fraction)
-    }
-}
-
-/// Within a stage progress never goes back: a caller may ignore reports that do, as ours in JavaScript does, and with them
-/// the chance to stop.
-#[test]
-fn progress_goes_on_through_the_second_photo() {
-    let scene = scene::gallery();
-    let photos = Photos::of(&render(&scene), &NOISY);
-    for (target, reference) in [
-        (photos.target(), photos.reference()),
-        (depthstitch::View { depth: None, ..photos.target() }, photos.reference()),
-    ] {
-        let mut recorder = Recorder { seen: Vec::new(), stop: |_, _| false };
-        stitch(None, target, reference, &Options::default(), &mut recorder).unwrap();
-        for pair in recorder.seen.windows(2) {
-            let [(stage, before), (next, fraction)] = [pair[0], pair[1]];
-            assert!(next != stage || fraction >= before, "{stage} goes back from {before} to {fraction}");
-        }
-        let detection = recorder.seen.iter().filter(|(stage, _)| *stage == Stage::Detect);
-        let late = detection.filter(|(_, fraction)| *fraction > 0.5 && *fraction < 1.0).count();
-        assert!(late >= 3, "{late} reports from the second photo's detection");
-    }
-    let mut recorder = Recorder { seen: Vec::new(), stop: |stage, at| stage == Stage::Detect && at > 0.6 };
-    let error = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut recorder).unwrap_err();
-    assert_eq!(error.code(), "aborted");
 }
 
 /// Guided matching is an attempt to do better: where its fit fails, the first one counts.

@@ -16,12 +16,7 @@ use depthstitch::warp::{WarpMode, WarpOptions};
 const PAIR: &str = "nis-PTS_17";
 
 fn load(name: &str) -> Option<Case> {
-    let folder = cases::data_folder()?.join(name);
-    if !folder.join("case.json").is_file() {
-        println!("skipped: no {}", folder.display());
-        return None;
-    }
-    Some(cases::load(&folder))
+    Some(cases::load(&cases::real_case(name)?))
 }
 
 fn paper() -> Options {

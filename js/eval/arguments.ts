@@ -28,11 +28,14 @@ export interface Request {
   readonly check: boolean;
 }
 
+/** Where the case folders are without `DEPTHSTITCH_DATA`. */
+const DATA = "../shared/data";
+
 export const HELP = `Usage: npm run eval -- --data DIR [options]
 
 Stitches every case folder in DIR and prints what it measures: of the overlap unless something else is asked for.
 
-  --data DIR           folder of case folders, or one case folder [../shared/data, or $DEPTHSTITCH_DATA]
+  --data DIR           folder of case folders, or one case folder [$DEPTHSTITCH_DATA, or ${DATA}]
   --mode MODE[,MODE]   ${[...MODES.keys()].join(", ")} [default]
   --cases GLOB[,GLOB]  only the cases of these names; * and ? as in a shell
   --matches WHOSE      supplied: those of the case; own: our matcher's [supplied]
@@ -77,7 +80,7 @@ export function parseRequest(args: readonly string[]): Request | undefined {
     applySetting(settings, name, assignment.slice(equals + 1), name);
   }
   return {
-    data: flags.data ?? process.env.DEPTHSTITCH_DATA ?? "../shared/data",
+    data: flags.data ?? process.env.DEPTHSTITCH_DATA ?? DATA,
     modes: modeNames(flags).map((name) => [name, modeOf(name)] as const),
     wanted: globs(flags.cases ?? "*"),
     settings,

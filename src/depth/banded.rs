@@ -44,7 +44,6 @@ impl Banded {
     }
 
     /// Replaces the matrix A by L of A = LLᵀ; `None` when it is not positive definite.
-    #[inline(never)]
     pub fn cholesky(mut self) -> Option<Factor> {
         let b = self.bandwidth;
         for i in 0..self.rows.len() / (b + 1) {
@@ -70,7 +69,6 @@ pub(super) struct Factor(Banded);
 
 impl Factor {
     /// Replaces y by the solution x of LLᵀx = y.
-    #[inline(never)]
     pub fn solve(&self, y: &mut [f64]) {
         let b = self.0.bandwidth;
         let span = |i: usize| (b.saturating_sub(i), i.saturating_sub(b)..i);

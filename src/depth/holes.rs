@@ -48,36 +48,29 @@ fn fill_nearest(depth: &InverseDepth) -> Result<InverseDepth> {
         let (dx, dy) = (x - (at % w) as i64, y - (at / w) as i64);
         dx * dx + dy * dy
     };
-    let relax: &mut dyn FnMut(usize, usize) = &mut |at: usize, neighbour: usize| {
+    let mut relax = |at: usize, neighbour: usize| {
         let candidate = source[neighbour];
         if candidate != UNKNOWN && (source[at] == UNKNOWN || distance2(candidate, at) < distance2(source[at], at)) {
             source[at] = candidate;
         }
     };
-    let mut sweep = |rows: &mut dyn Iterator<Item = usize>, before: fn(usize, usize, usize) -> Option<usize>| {
-        for y in rows {
-            let row = y * w;
-            if let Some(other) = before(y, w, h) {
-                for x in 0..w {
-                    relax(row + x, other + x);
-                    if x > 0 {
-                        relax(row + x, other + x - 1);
-                    }
-                    if x + 1 < w {
-                        relax(row + x, other + x + 1);
-                    }
+    let downwards = (0..h).map(|y| (y, y.checked_sub(1)));
+    let upwards = (0..h).rev().map(|y| (y, Some(y + 1).filter(|&below| below < h)));
+    for (y, before) in downwards.chain(upwards) {
+        let row = y * w;
+        if let Some(before) = before {
+            for x in 0..w {
+                // At the border one of them is taken twice, which changes nothing.
+                for other in [x, x.saturating_sub(1), (x + 1).min(w - 1)] {
+                    relax(row + x, before * w + other);
                 }
             }
-            for x in 1..w {
-                relax(row + x, row + x - 1);
-            }
-            for x in (1..w).rev() {
-                relax(row + x - 1, row + x);
-            }
         }
-    };
-    sweep(&mut (0..h), |y, w, _| y.checked_sub(1).map(|y| y * w));
-    sweep(&mut (0..h).rev(), |y, w, h| (y + 1 < h).then_some((y + 1) * w));
+        let leftwards = (1..w).rev().map(|x| (x - 1, x));
+        for (x, other) in (1..w).map(|x| (x, x - 1)).chain(leftwards) {
+            relax(row + x, row + other);
+        }
+    }
     let values = depth.data();
     depth.map_indexed(|at, v| if source[at] == UNKNOWN { v } else { values[source[at] as usize] })
 }

@@ -33,7 +33,7 @@ pub(super) fn describe(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f
     quantise(&gather(&corners), root)
 }
 
-#[inline(never)] // see `crate::rows`
+#[inline(never)] // the first detection takes 349 ms instead of 364, see `crate::rows`
 fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corners: &mut Corners) {
     let side = CELL * sigma;
     // A sample counts for a cell up to one cell's side from its centre.

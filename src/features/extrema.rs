@@ -71,7 +71,7 @@ impl Scanner {
         }
     }
 
-    #[inline(never)] // see `crate::rows`
+    #[inline(never)] // the first detection takes 350 ms instead of 364, see `crate::rows`
     fn scan_row(&self, differences: &[Window], level: usize, limits: &Limits, found: &mut Vec<Extremum>) {
         let y = self.next;
         // The fit may raise the contrast of a sample.
@@ -114,7 +114,7 @@ impl Scanner {
     }
 
     /// Fits a quadric (M. Brown and D. Lowe, BMVC 2002), and moves to another sample while the extremum is nearer to that.
-    #[inline(never)] // see `crate::rows`
+    #[inline(never)] // the first detection takes 350 ms instead of 364, see `crate::rows`
     fn fit(&self, differences: &[Window], level: usize, x: usize, limits: &Limits) -> Option<Extremum> {
         let (mut level, mut x, mut y) = (level, x, self.next);
         for _ in 0..STEPS {

@@ -3,7 +3,7 @@
 use super::matching::{check, pairs};
 use super::nearest::{Nearest, squared_distance};
 use super::{Features, MatchOptions, Pair};
-use crate::geometry::Model;
+use crate::geometry::{Model, epipolar_direction};
 use crate::image::{check_size, defaults, zeroed};
 use crate::observer::{Observer, report};
 use crate::{Error, InverseDepth, Result, Stage};
@@ -128,8 +128,7 @@ impl Guide<'_> {
         let depth = self.depth.map_or(f64::NAN, |map| map.sample(x, y));
         if depth.is_finite() {
             let [u, v] = self.forward.project(x, y, depth)?;
-            let e = &self.forward.e;
-            let (dx, dy) = (e[0] - u * e[2], e[1] - v * e[2]);
+            let [dx, dy] = epipolar_direction(&self.forward.e, [u, v, 1.0]);
             let length = (dx * dx + dy * dy).sqrt();
             let step = if length > 0.0 { self.reach / length } else { 0.0 };
             let (dx, dy) = (dx * step, dy * step);

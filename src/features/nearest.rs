@@ -96,9 +96,8 @@ pub(super) fn nearest(
     Ok([of_target, of_reference])
 }
 
-/// A group against a block of groups; `t` and `r` are the indices of the first. A function of its own, as engines only
-/// optimise wasm functions that are called again and again.
-#[inline(never)]
+/// A group against a block of groups; `t` and `r` are the indices of the first.
+#[inline(never)] // the first matching takes 475 ms instead of 1358, see `crate::rows`
 fn compare_all(
     target: &Group,
     references: &[Group],

@@ -33,7 +33,7 @@ pub(super) fn orientations(plane: &Plane, [x, y]: [f32; 2], sigma: f32, found: &
 }
 
 /// Magnitudes by direction, bin i being centred at i.
-#[inline(never)] // see `crate::rows`
+#[inline(never)] // the first detection takes 349 ms instead of 364, see `crate::rows`
 fn histogram(plane: &Plane, [x, y]: [f32; 2], sigma: f32) -> [f32; BINS] {
     let deviation = WINDOW * sigma;
     let radius = CUT * deviation;

@@ -80,7 +80,6 @@ impl Scene<'_> {
     }
 
     /// The match of the reference's pixel (x, y), which must be [`RADIUS`] from the border.
-    #[inline(never)] // see `crate::rows`
     fn track_point(&self, x: usize, y: usize) -> Option<Match> {
         let (mut sources, mut places) = ([[0.0; 2]; AREA], [[0.0f32; 2]; AREA]);
         let mut before = [0.0; 2];

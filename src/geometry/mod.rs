@@ -23,8 +23,8 @@ pub use anisotropy::anisotropy;
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
 pub use homography::homography;
-pub(crate) use model::check_views;
 pub use model::{Match, Model};
+pub(crate) use model::{check_views, epipolar_direction};
 pub use plane::DepthSample;
 pub(crate) use plane::{dominant_plane, plane_depth};
 

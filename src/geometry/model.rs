@@ -89,11 +89,17 @@ impl Model {
     }
 }
 
-/// ∂x'/∂d of a point that is projected to `place` with the third coordinate `w`, by the epipole `e`: (e − e₃ x̃')/w, which
-/// points along the epipolar line.
+/// ∂x'/∂d of a point that is projected to `place` with the third coordinate `w`, by the epipole `e`: (e − e₃ x̃')/w.
 #[inline(always)]
-pub(super) fn depth_derivative(e: &Vector3<f64>, place: [f64; 2], w: f64) -> [f64; 2] {
-    [(e[0] - place[0] * e[2]) / w, (e[1] - place[1] * e[2]) / w]
+pub(super) fn depth_derivative(e: &Vector3<f64>, [x, y]: [f64; 2], w: f64) -> [f64; 2] {
+    epipolar_direction(e, [x, y, 1.0]).map(|slope| slope / w)
+}
+
+/// Where the projection of the homogeneous point (u, v, w) moves along its epipolar line as inverse depth grows, by the
+/// epipole `e`: w e − e₃ x̃', which is w²·∂x'/∂d by the quotient rule. Divided by w, that is with `[x, y, 1]`: w·∂x'/∂d.
+#[inline(always)]
+pub(crate) fn epipolar_direction(e: &Vector3<f64>, [u, v, w]: [f64; 3]) -> [f64; 2] {
+    [e[0] * w - u * e[2], e[1] * w - v * e[2]]
 }
 
 /// Checks models, sizes, and that there is depth where there is parallax.

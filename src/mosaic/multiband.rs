@@ -142,7 +142,6 @@ fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell
 
 impl Level {
     /// The cell at (x, y) of twice the resolution.
-    #[inline(never)] // see `crate::rows`
     fn doubled(&self, x: usize, y: usize) -> Cell {
         let ([x, beside], [y, beyond]) = (neighbours(x, self.width), neighbours(y, self.height));
         let lean = |near: f32x4, far: f32x4| near * f32x4::splat(WEIGHTS[0]) + far * f32x4::splat(WEIGHTS[1]);

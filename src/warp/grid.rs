@@ -49,26 +49,20 @@ impl VertexGrid {
         let stride = columns.next_multiple_of(LANES) + LANES;
         let mut px: Vec<i32> = zeroed(stride * (rows + 1))?;
         let mut py: Vec<i32> = zeroed(stride * (rows + 1))?;
-        let (none, zero) = (i32x4::splat(INVALID), f64x2::splat(0.0));
-        let (mut clipped, mut least, mut most) = (zero, [i32x4::splat(i32::MAX); 2], [none; 2]);
+        let none = i32x4::splat(INVALID);
+        let (mut clipped, mut least, mut most) = (f64x2::splat(0.0), [i32x4::splat(i32::MAX); 2], [none; 2]);
         // Beyond the last vertex are holes.
         let mut depths = filled(stride, f32::NAN)?;
         depths[..=columns].fill(0.0);
         for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
             let y = j as f64 * dy;
             sample_row(depth, dx, y, &mut depths[..=columns]);
-            let coefficients =
-                |k: usize| [model.h[(k, 0)], model.h[(k, 1)] * y + model.h[(k, 2)], model.e[k]].map(f64x2::splat);
-            let [u, v, w] = [coefficients(0), coefficients(1), coefficients(2)];
-            let at = |[h, c, e]: [f64x2; 3], x: f64x2, d: f64x2| h * x + c + e * d;
+            let projection = RowProjection::new(model, y);
             // Vertices i and i + 1.
             let mut map = |i: usize, d: [f32; 2]| {
                 let x = f64x2::new([i as f64, (i + 1) as f64]) * f64x2::splat(dx);
                 let d = f64x2::new([f64::from(d[0]), f64::from(d[1])]);
-                let scale = f64x2::splat(1.0) / at(w, x, d);
-                let (x, y) = (at(u, x, d) * scale, at(v, x, d) * scale);
-                // Not behind the camera, and not a hole, where all of these are NaN.
-                let in_front = scale.cmp_gt(zero);
+                let ([x, y], in_front) = projection.project(x, d);
                 let visible = in_front & limits.contain([x, y]);
                 clipped |= in_front ^ visible;
                 [fixed(x), fixed(y), bytemuck::cast(visible)]
@@ -102,6 +96,24 @@ impl VertexGrid {
     fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         let rows = self.x.chunks_exact(self.stride).zip(self.y.chunks_exact(self.stride));
         rows.map(|(x, y)| Row { x, y })
+    }
+}
+
+/// The model along a row of the target: the homogeneous coordinates are h x + c + e d each.
+struct RowProjection([[f64x2; 3]; 3]);
+
+impl RowProjection {
+    #[inline(always)]
+    fn new(&Model { h, e }: &Model, y: f64) -> Self {
+        Self([0, 1, 2].map(|k| [h[(k, 0)], h[(k, 1)] * y + h[(k, 2)], e[k]].map(f64x2::splat)))
+    }
+
+    /// Images of two points, and which of them are neither behind the camera nor a hole, where all is NaN.
+    #[inline(always)]
+    fn project(&self, x: f64x2, d: f64x2) -> ([f64x2; 2], f64x2) {
+        let [u, v, w] = self.0.map(|[h, c, e]| h * x + c + e * d);
+        let scale = f64x2::splat(1.0) / w;
+        ([u * scale, v * scale], scale.cmp_gt(f64x2::splat(0.0)))
     }
 }
 

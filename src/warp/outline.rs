@@ -1,6 +1,7 @@
 //! A clean outline outside the reference: what a depth map frays there is no part of the scene.
 
 use super::canvas::Canvas;
+use crate::components::{connected_components, neighbours};
 use crate::distance::{STRAIGHT, distance};
 use crate::image::{reserve, zeroed};
 use crate::{Image, ImageView, Mask, Result};
@@ -59,43 +60,16 @@ const REFERENCE: u8 = 2;
 
 /// Uncovers what hangs together, does not touch the reference and has fewer than `least` pixels.
 fn drop_small(covered: &mut [u8], width: usize, least: usize, dropped: &mut dyn FnMut(usize)) -> Result<()> {
-    let mut seen: Vec<u8> = zeroed(covered.len())?;
-    let mut piece: Vec<u32> = Vec::new();
-    reserve(&mut piece, covered.len())?;
-    for first in 0..covered.len() {
-        if covered[first] != 1 || seen[first] != 0 {
-            continue;
-        }
-        piece.clear();
-        piece.push(first as u32);
-        seen[first] = 1;
-        let (mut next, mut touches) = (0, false);
-        while let Some(&at) = piece.get(next) {
-            let at = at as usize;
-            let x = at % width;
-            for (there, other) in [
-                (x > 0, at.wrapping_sub(1)),
-                (x + 1 < width, at + 1),
-                (true, at.wrapping_sub(width)),
-                (true, at + width),
-            ] {
-                match covered.get(other).filter(|_| there) {
-                    Some(1) if seen[other] == 0 => {
-                        seen[other] = 1;
-                        piece.push(other as u32); // each pixel once, so there is room
-                    }
-                    Some(&REFERENCE) => touches = true,
-                    _ => {}
-                }
-            }
-            next += 1;
-        }
-        if !touches && piece.len() < least {
-            for &at in &piece {
+    let mut target = Vec::new();
+    reserve(&mut target, covered.len())?;
+    target.extend(covered.iter().map(|&covered| u8::from(covered == 1)));
+    connected_components(target, width, &mut |piece| {
+        let touches = |&at: &u32| neighbours(at as usize, width).iter().any(|&at| covered.get(at) == Some(&REFERENCE));
+        if piece.len() < least && !piece.iter().any(touches) {
+            for &at in piece {
                 covered[at as usize] = 0;
                 dropped(at as usize);
             }
         }
-    }
-    Ok(())
+    })
 }

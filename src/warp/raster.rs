@@ -38,41 +38,11 @@ pub(super) fn draw_row(
         let start = f32x4::splat(first as f32) + f32x4::new([0.0, 1.0, 2.0, 3.0]);
         if group.small.move_mask() != 0 {
             let inverse = InverseBilinear::new(&group);
-            // Most cells cover one pixel or none: pixels of different cells are collected and passed on together.
-            let (mut found, mut right, mut down) = (i32x4::ZERO, i32x4::ZERO, i32x4::ZERO);
-            let mut flush = |lanes: i32, right: i32x4, down: i32x4| {
+            group.small_cells(columns - 1 - first, last_row, |lanes, right, down| {
                 let [u, v] = inverse.at(right, down);
                 let [x, y] = [group.first[0] + right, group.first[1] + down];
                 push(lanes, Covered { x, y, u: start + u, v, stretched });
-            };
-            let mut row = group.edges(columns - 1 - first, last_row);
-            let mut j = i32x4::ZERO;
-            while group.reaches(1, j) {
-                let (mut edges, mut i) = (row, i32x4::ZERO);
-                while group.reaches(0, i) {
-                    // Outside the bounding box one of them is negative.
-                    let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
-                    let covered = least.cmp_gt(i32x4::ZERO) & group.small;
-                    if (covered & found).move_mask() != 0 {
-                        flush(found.move_mask(), right, down);
-                        found = i32x4::ZERO;
-                    }
-                    (right, down) = (covered.blend(i, right), covered.blend(j, down));
-                    found |= covered;
-                    for (edge, side) in edges.iter_mut().zip(&group.sides) {
-                        *edge -= side[1] << SUBPIXEL_BITS as i32;
-                    }
-                    i += i32x4::splat(1);
-                }
-                for (edge, side) in row.iter_mut().zip(&group.sides) {
-                    *edge += side[0] << SUBPIXEL_BITS as i32;
-                }
-                j += i32x4::splat(1);
-            }
-            let found = found.move_mask();
-            if found != 0 {
-                flush(found, right, down);
-            }
+            });
         }
         let mut others = group.others();
         while others != 0 {
@@ -133,6 +103,41 @@ impl CellGroup {
         let small = visible & convex & extent[0].max(extent[1]).cmp_lt(i32x4::splat(SMALL));
         let extent = [extent[0] & small, extent[1] & small];
         Self { corners, sides, first, extent, small, visible }
+    }
+
+    /// Calls `found` with the pixels of the small cells, by their offsets from the first pixels of the bounding boxes: a bit
+    /// for each lane that has one. The last column is that of `last_lane`.
+    #[inline(always)]
+    fn small_cells(&self, last_lane: usize, last_row: bool, mut found: impl FnMut(i32, i32x4, i32x4)) {
+        // Most cells cover one pixel or none: pixels of different cells are collected and passed on together.
+        let (mut lanes, mut right, mut down) = (i32x4::ZERO, i32x4::ZERO, i32x4::ZERO);
+        let mut row = self.edges(last_lane, last_row);
+        let mut j = i32x4::ZERO;
+        while self.reaches(1, j) {
+            let (mut edges, mut i) = (row, i32x4::ZERO);
+            while self.reaches(0, i) {
+                // Outside the bounding box one of them is negative.
+                let least = edges[0].min(edges[1]).min(edges[2].min(edges[3]));
+                let covered = least.cmp_gt(i32x4::ZERO) & self.small;
+                if (covered & lanes).move_mask() != 0 {
+                    found(lanes.move_mask(), right, down);
+                    lanes = i32x4::ZERO;
+                }
+                (right, down) = (covered.blend(i, right), covered.blend(j, down));
+                lanes |= covered;
+                for (edge, side) in edges.iter_mut().zip(&self.sides) {
+                    *edge -= side[1] << SUBPIXEL_BITS as i32;
+                }
+                i += i32x4::splat(1);
+            }
+            for (edge, side) in row.iter_mut().zip(&self.sides) {
+                *edge += side[0] << SUBPIXEL_BITS as i32;
+            }
+            j += i32x4::splat(1);
+        }
+        if lanes.move_mask() != 0 {
+            found(lanes.move_mask(), right, down);
+        }
     }
 
     /// Whether one of the small cells is wider (axis 0) or higher (axis 1) than so many pixels.

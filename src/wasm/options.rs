@@ -190,19 +190,24 @@ impl Reader<'_> {
     /// One of `values`, which are in the order of the option's choices.
     fn choice<T: Copy + PartialEq>(&mut self, spec: &Spec, value: &mut T, values: &[T]) {
         let default = values.iter().position(|known| known == value).unwrap_or(0);
-        let given = self.given(spec);
-        let chosen = if given.is_undefined() {
-            Some(default)
-        } else {
-            given.as_string().and_then(|given| spec.choices.iter().position(|choice| *choice == given))
-        };
-        match chosen.and_then(|at| Some((values.get(at)?, spec.choices.get(at)?))) {
-            Some((chosen, name)) => {
-                *value = *chosen;
-                put(&self.all, spec.name, (*name).into());
-            }
-            None => self.refuse(spec, &given),
+        if let Some(&chosen) = values.get(self.chosen(spec, default)) {
+            *value = chosen;
         }
+    }
+
+    /// Which of the option's choices is given, or the default one.
+    fn chosen(&mut self, spec: &Spec, default: usize) -> usize {
+        let given = self.given(spec);
+        let mut chosen = default;
+        if !given.is_undefined() {
+            let name = given.as_string();
+            match spec.choices.iter().position(|choice| Some(*choice) == name.as_deref()) {
+                Some(at) => chosen = at,
+                None => self.refuse(spec, &given),
+            }
+        }
+        put(&self.all, spec.name, spec.choices.get(chosen).copied().into());
+        chosen
     }
 
     fn threshold(&mut self, spec: &Spec, value: &mut Threshold) {

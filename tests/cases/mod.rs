@@ -31,14 +31,18 @@ impl Case {
     }
 }
 
-/// Folder of the real cases: `DEPTHSTITCH_DATA`, by default `../shared/data`; `None`, said aloud, where there is none.
-pub fn data_folder() -> Option<PathBuf> {
-    let folder = std::env::var_os("DEPTHSTITCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
-    if folder.is_dir() {
+/// Where the real cases are without `DEPTHSTITCH_DATA`, from the project's folder.
+const DATA: &str = "../shared/data";
+
+/// Folder of the real case of this name; `None`, said aloud, where there is none.
+pub fn real_case(name: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("DEPTHSTITCH_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(DATA), PathBuf::from);
+    let folder = root.join(name);
+    if folder.join("case.json").is_file() {
         return Some(folder);
     }
-    println!("skipped: no real cases in {} (set DEPTHSTITCH_DATA)", folder.display());
+    println!("skipped: no {} (set DEPTHSTITCH_DATA)", folder.display());
     None
 }
 

@@ -1,7 +1,7 @@
 //! The left–right check: where the two refined maps agree.
 
 use crate::Result;
-use crate::geometry::Model;
+use crate::geometry::{Model, epipolar_direction};
 use crate::image::zeroed;
 
 /// Inverse depth at 1/`scale` of a photo's size, and the model to the other photo.
@@ -41,7 +41,7 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
             let [bx, by, bw] = other.model.transform(u, v, f64::from(there));
             let third = if bw > 0.0 { 1.0 / bw } else { continue };
             let (bx, by) = (bx * third, by * third);
-            let (gx, gy) = (other.model.e[0] - bx * other.model.e[2], other.model.e[1] - by * other.model.e[2]);
+            let [gx, gy] = epipolar_direction(&other.model.e, [bx, by, 1.0]);
             let [dx, dy] = [bx - x, by - y].map(|d| d * inverse);
             let (along, across) = (dx * gx + dy * gy, dx * gy - dy * gx);
             let square = gx * gx + gy * gy;

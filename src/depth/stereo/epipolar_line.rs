@@ -1,7 +1,7 @@
 //! Where the prior projects each pixel in the other photo, and the epipolar line along which depth moves that projection.
 
 use crate::InverseDepth;
-use crate::geometry::Model;
+use crate::geometry::{Model, epipolar_direction};
 
 /// A projection in the other photo and the epipolar line through it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,11 +50,10 @@ impl<'a> EpipolarLines<'a> {
     fn trace(&self, x: usize, y: usize, scale: usize) -> Option<([f64; 3], [f64; 2], f64)> {
         let d = f64::from(self.prior_of(x, y, scale));
         let [x, y] = self.pixel(x, y, scale);
-        let [u, v, w] = self.model.transform(x as f64, y as f64, d);
-        let e = &self.model.e;
-        let slope = [e[0] * w - u * e[2], e[1] * w - v * e[2]];
+        let image = self.model.transform(x as f64, y as f64, d);
+        let slope = epipolar_direction(&self.model.e, image);
         let length = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
-        (w > 0.0).then_some(([u, v, w], slope, length))
+        (image[2] > 0.0).then_some((image, slope, length))
     }
 
     /// The epipolar line of a block.

@@ -2,6 +2,7 @@
 
 use super::samples::Sample;
 use crate::Result;
+use crate::components::neighbours;
 use crate::image::{defaults, reserve};
 use crate::statistics::median;
 
@@ -101,47 +102,8 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
             o.ratio = libm::log(sample.reference[c]) - o.light;
         }
         nodes.iter_mut().for_each(|node| node.local = 0.0);
-        let mut curve = Curve::default();
-        let mut common = median_of(&observations, &|o| o.ratio)?;
-        for _ in 0..ROUNDS {
-            for o in &mut observations {
-                o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
-                for (node, share) in o.nodes {
-                    o.residual -= share * nodes[node].local;
-                }
-            }
-            let reach = 3.0 * (1.4826 * median_of(&observations, &|o| o.residual.abs())?).max(LEAST_SPREAD);
-            let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
-            for (o, sample) in observations.iter_mut().zip(samples) {
-                // Times the light of the sample: a level is a smaller step where there is more.
-                let [r, g, b, _] = sample.target;
-                let bell = (1.0 - (o.residual / reach) * (o.residual / reach)).max(0.0);
-                o.weight = bell * bell * (r + 2.0 * g + b);
-                (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
-            }
-            common = ratios / total;
-            if !vary {
-                continue;
-            }
-            curve.pivot = lights / total;
-            let (mut product, mut square) = (0.0, LEAST_CONTRAST * total);
-            for o in &observations {
-                let contrast = o.light - curve.pivot;
-                product += o.weight * contrast * (o.residual + curve.slope * contrast);
-                square += o.weight * contrast * contrast;
-            }
-            curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
-            nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
-            for o in &observations {
-                let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
-                for (node, share) in o.nodes {
-                    nodes[node].weight += o.weight * share;
-                    nodes[node].sum += o.weight * share * local;
-                }
-            }
-            relax(&mut nodes, columns);
-        }
-        curves[c] = curve;
+        let common;
+        (common, curves[c]) = fit_channel(samples, &mut observations, &mut nodes, columns, vary)?;
         // What the fit makes of the light of all samples: those that do not fit are light, too.
         let (mut before, mut after) = (f64::MIN_POSITIVE, 0.0);
         for (o, sample) in observations.iter().zip(samples) {
@@ -155,6 +117,57 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
     }
     let sane = gains.iter().all(|gain| *gain > 1.0 / LARGEST && *gain < LARGEST);
     Ok(sane.then_some(Response { gains, curves, field: Field { nodes, columns, rows, step } }))
+}
+
+/// Logarithm of the common gain, and the curve, of one channel; the field is left in the nodes.
+fn fit_channel(
+    samples: &[Sample],
+    observations: &mut [Observation],
+    nodes: &mut [Node],
+    columns: usize,
+    vary: bool,
+) -> Result<(f64, Curve)> {
+    let mut curve = Curve::default();
+    let mut common = median_of(observations, &|o| o.ratio)?;
+    for _ in 0..ROUNDS {
+        for o in &mut *observations {
+            o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
+            for (node, share) in o.nodes {
+                o.residual -= share * nodes[node].local;
+            }
+        }
+        let reach = 3.0 * (1.4826 * median_of(observations, &|o| o.residual.abs())?).max(LEAST_SPREAD);
+        let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
+        for (o, sample) in observations.iter_mut().zip(samples) {
+            // Times the light of the sample: a level is a smaller step where there is more.
+            let [r, g, b, _] = sample.target;
+            let bell = (1.0 - (o.residual / reach) * (o.residual / reach)).max(0.0);
+            o.weight = bell * bell * (r + 2.0 * g + b);
+            (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
+        }
+        common = ratios / total;
+        if !vary {
+            continue;
+        }
+        curve.pivot = lights / total;
+        let (mut product, mut square) = (0.0, LEAST_CONTRAST * total);
+        for o in &*observations {
+            let contrast = o.light - curve.pivot;
+            product += o.weight * contrast * (o.residual + curve.slope * contrast);
+            square += o.weight * contrast * contrast;
+        }
+        curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
+        nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
+        for o in &*observations {
+            let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
+            for (node, share) in o.nodes {
+                nodes[node].weight += o.weight * share;
+                nodes[node].sum += o.weight * share * local;
+            }
+        }
+        relax(nodes, columns);
+    }
+    Ok((common, curve))
 }
 
 fn median_of(observations: &[Observation], value: &dyn Fn(&Observation) -> f64) -> Result<f64> {
@@ -184,16 +197,8 @@ fn relax(nodes: &mut [Node], columns: usize) {
     for _ in 0..SWEEPS {
         for node in 0..nodes.len() {
             let Node { mut weight, mut sum, .. } = nodes[node];
-            let i = node % columns;
-            for (there, neighbour) in [
-                (i > 0, node.wrapping_sub(1)),
-                (i + 1 < columns, node + 1),
-                (true, node.wrapping_sub(columns)),
-                (true, node + columns),
-            ] {
-                if let Some(neighbour) = nodes.get(neighbour).filter(|_| there) {
-                    (weight, sum) = (weight + stiffness, sum + stiffness * neighbour.local);
-                }
+            for neighbour in neighbours(node, columns).into_iter().filter_map(|at| nodes.get(at)) {
+                (weight, sum) = (weight + stiffness, sum + stiffness * neighbour.local);
             }
             nodes[node].local = sum / (weight + damping).max(f64::MIN_POSITIVE);
         }

@@ -200,7 +200,6 @@ impl<'a> Transport<'a> {
     }
 
     /// The number of a cell not looked at before; [`UNKNOWN`] when nothing is known of it.
-    #[inline(never)] // see `crate::rows`
     fn look(&mut self, cell: usize) -> Result<u32> {
         let (x, y) = self.cells.pixel(cell);
         self.numbers[cell] = match self.valid(x, y) {
@@ -240,7 +239,6 @@ impl<'a> Transport<'a> {
     }
 
     /// Draws a void pixel from what is known around it; its number.
-    #[inline(never)] // see `crate::rows`
     fn transported(&mut self, cell: usize) -> Result<u32> {
         let (mut count, last) = (0, self.disc.steps.len() - 1);
         let mut structure = f32x4::ZERO;

@@ -3,6 +3,7 @@ import type { Outcome, Running, Settings } from "../state.js";
 import type { Photo } from "../image-worker/contents.js";
 import { count, decibels, percent, pixels, seconds, similarity } from "./numbers.js";
 
+/** In the order in which they are run. */
 export const stageText: Readonly<Record<Running["stage"], { name: string; doing: string }>> = {
   "model-depth": { name: "Depth network", doing: "Estimating depth" },
   input: { name: "Read", doing: "Reading the photos" },
@@ -18,21 +19,7 @@ export const stageText: Readonly<Record<Running["stage"], { name: string; doing:
   "model-fill": { name: "Inpainting network", doing: "Inpainting voids" },
 };
 
-/** In the order in which they are run. */
-export const stages: readonly Running["stage"][] = [
-  "model-depth",
-  "input",
-  "detect",
-  "match",
-  "estimate",
-  "depth",
-  "refine",
-  "warp",
-  "measure",
-  "blend",
-  "fill",
-  "model-fill",
-];
+export const stages = Object.keys(stageText) as readonly Running["stage"][];
 
 const modelText: Readonly<
   Record<FitReport["model"], { name: string; under: string; sentence: string }>

@@ -89,18 +89,9 @@ pub(super) fn fill(
             Some(_) => vote(&mut level, &field.sources),
             None => peel(&mut level, &mut field, &mut random, &mut || progress.report(done / whole))?,
         }
-        for round in 0..effort.rounds {
-            let done = done + round as f32 / effort.rounds as f32;
-            let backwards = round % 2 != 0;
-            for i in 0..level.carriers.len() {
-                if i % REPORT_EVERY == 0 {
-                    progress.report(done / whole)?;
-                }
-                let number = level.carriers[if backwards { level.carriers.len() - 1 - i } else { i }] as usize;
-                field.improve(&level, number, backwards, effort.radius, &mut random);
-            }
-            vote(&mut level, &field.sources);
-        }
+        search_and_vote(&mut level, &mut field, effort, &mut random, &mut |part| {
+            progress.report((done + part) / whole)
+        })?;
         coarser = Some((level, field));
     }
     let Some((level, _)) = coarser else { return Ok(false) };
@@ -111,6 +102,28 @@ pub(super) fn fill(
         ((window.y + y) * image.width() + window.x + x, [r, g, b, 255])
     }));
     Ok(true)
+}
+
+/// Finds better patches and what they make of the voids' colours, in turn. Calls `tick` now and then with the share done.
+fn search_and_vote(
+    level: &mut Level,
+    field: &mut Field,
+    effort: &Effort,
+    random: &mut Sampler,
+    tick: &mut dyn FnMut(f32) -> Result<()>,
+) -> Result<()> {
+    for round in 0..effort.rounds {
+        let backwards = round % 2 != 0;
+        for i in 0..level.carriers.len() {
+            if i % REPORT_EVERY == 0 {
+                tick(round as f32 / effort.rounds as f32)?;
+            }
+            let number = level.carriers[if backwards { level.carriers.len() - 1 - i } else { i }] as usize;
+            field.improve(level, number, backwards, effort.radius, random);
+        }
+        vote(level, &field.sources);
+    }
+    Ok(())
 }
 
 /// Fills the voids of a level from the background inwards, seeing only what is known or has been filled before. Calls

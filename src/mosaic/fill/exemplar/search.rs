@@ -94,7 +94,6 @@ impl Field {
 
     /// Improves the source of one void by those of the neighbours visited before it, which come behind it when going
     /// `backwards`, and by random places within `radius` cells, halved from one to the next (Barnes et al. 2009).
-    #[inline(never)] // see `crate::rows`
     pub fn improve(&mut self, level: &Level, number: usize, backwards: bool, radius: usize, random: &mut Sampler) {
         let void = &level.voids[number];
         let mut best = Candidate { cell: self.sources[number].cell, cost: u32::MAX };

@@ -11,7 +11,6 @@ pub(super) fn vote(level: &mut Level, sources: &[Source]) {
 }
 
 /// The same for one void. Only known pixels are copied, so no order matters.
-#[inline(never)] // see `crate::rows`
 pub(super) fn vote_on(level: &mut Level, sources: &[Source], number: usize) {
     let cell = level.voids[number].cell;
     let mut sum = [0.0f32; 4];

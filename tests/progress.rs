@@ -1,0 +1,49 @@
+//! What a whole stitch reports on its way, and how it is stopped.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::observer::Observer;
+use depthstitch::pipeline::{Options, stitch};
+use depthstitch::{Stage, View};
+use scene::{MatchOptions, Photos};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+/// Remembers what was reported, and stops at the first report that `stop` is true of.
+struct Recorder {
+    seen: Vec<(Stage, f32)>,
+    stop: fn(Stage, f32) -> bool,
+}
+
+impl Observer for Recorder {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        self.seen.push((stage, fraction));
+        !(self.stop)(stage, fraction)
+    }
+}
+
+/// Within a stage progress never goes back: a caller may ignore reports that do, as ours in JavaScript does, and with them
+/// the chance to stop.
+#[test]
+fn progress_goes_on_through_the_second_photo() {
+    let scene = scene::gallery();
+    let matches = MatchOptions { count: 300, sigma: 0.3, outliers: 0.1, seed: 1 };
+    let photos = Photos::of(&scene.render(240, 160), &matches);
+    for (target, reference) in
+        [(photos.target(), photos.reference()), (View { depth: None, ..photos.target() }, photos.reference())]
+    {
+        let mut recorder = Recorder { seen: Vec::new(), stop: |_, _| false };
+        stitch(None, target, reference, &Options::default(), &mut recorder).unwrap();
+        for pair in recorder.seen.windows(2) {
+            let [(stage, before), (next, fraction)] = [pair[0], pair[1]];
+            assert!(next != stage || fraction >= before, "{stage} goes back from {before} to {fraction}");
+        }
+        let detection = recorder.seen.iter().filter(|(stage, _)| *stage == Stage::Detect);
+        let late = detection.filter(|(_, fraction)| *fraction > 0.5 && *fraction < 1.0).count();
+        assert!(late >= 3, "{late} reports from the second photo's detection");
+    }
+    let mut recorder = Recorder { seen: Vec::new(), stop: |stage, at| stage == Stage::Detect && at > 0.6 };
+    let error = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut recorder).unwrap_err();
+    assert_eq!(error.code(), "aborted");
+}
