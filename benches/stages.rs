@@ -29,7 +29,7 @@ mod native {
     use depthstitch::features::{self, DetectOptions, detect, match_features};
     use depthstitch::geometry::{Frame, Match, estimate};
     use depthstitch::metrics::quality;
-    use depthstitch::mosaic::{BlendOptions, Guide, blend, fill};
+    use depthstitch::mosaic::{BlendOptions, FillGuide, blend, fill};
     use depthstitch::pipeline::{Options, stitch};
     use depthstitch::warp::{WarpMode, WarpOptions, warp};
 
@@ -99,7 +99,7 @@ mod native {
 
         let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).expect("it fits");
         let how = options.fill.clone().unwrap_or_default();
-        let guide = Guide::new(&warped, forward, reference).expect("it fits");
+        let guide = FillGuide::new(&warped, forward, reference).expect("it fits");
         group.bench_function("fill", |b| {
             b.iter_batched_ref(
                 || mosaic.image.clone(),

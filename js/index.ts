@@ -66,10 +66,16 @@ export async function stitch(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<StitchResult> {
-  const settings = check.settings(options);
-  const inputs = check.stitchInputs(options);
-  const images = [check.image("target", target), check.image("reference", reference)] as const;
-  return call("stitch", [...images, inputs, settings], options);
+  return call(
+    "stitch",
+    [
+      check.image("target", target),
+      check.image("reference", reference),
+      check.stitchInputs(options),
+      check.settings(options),
+    ],
+    options,
+  );
 }
 
 /**
@@ -91,8 +97,15 @@ export async function match(
   reference: Features,
   options: MatchOptions = {},
 ): Promise<Matches> {
-  const both = [check.features("target", target), check.features("reference", reference)] as const;
-  return call("match", [...both, check.settings(options)], options);
+  return call(
+    "match",
+    [
+      check.features("target", target),
+      check.features("reference", reference),
+      check.settings(options),
+    ],
+    options,
+  );
 }
 
 /**
@@ -105,8 +118,11 @@ export async function matchImages(
   reference: ImageInput,
   options: MatchOptions = {},
 ): Promise<ImageMatches> {
-  const images = [check.image("target", target), check.image("reference", reference)] as const;
-  return call("matchImages", [...images, check.settings(options)], options);
+  return call(
+    "matchImages",
+    [check.image("target", target), check.image("reference", reference), check.settings(options)],
+    options,
+  );
 }
 
 /**
@@ -133,8 +149,16 @@ export async function align(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<Alignment> {
-  const images = [check.image("target", target), check.image("reference", reference)] as const;
-  return call("align", [...images, check.stitchInputs(options), check.settings(options)], options);
+  return call(
+    "align",
+    [
+      check.image("target", target),
+      check.image("reference", reference),
+      check.stitchInputs(options),
+      check.settings(options),
+    ],
+    options,
+  );
 }
 
 /**
@@ -148,10 +172,17 @@ export async function warp(
   geometry: Models,
   options: WarpOptions = {},
 ): Promise<Warped> {
-  const settings = check.settings(options);
-  const images = [check.image("target", target), check.image("reference", reference)] as const;
-  const inputs = [check.models(geometry), check.depths(options)] as const;
-  return call("warp", [...images, ...inputs, settings], options);
+  return call(
+    "warp",
+    [
+      check.image("target", target),
+      check.image("reference", reference),
+      check.models(geometry),
+      check.depths(options),
+      check.settings(options),
+    ],
+    options,
+  );
 }
 
 /**
@@ -166,8 +197,11 @@ export async function blend(
 ): Promise<Mosaic> {
   const { reliable } = options;
   const inputs = reliable ? { reliable: check.mask("reliable", reliable) } : {};
-  const images = [check.warped(warped), check.image("reference", reference)] as const;
-  return call("blend", [...images, inputs, check.settings(options)], options);
+  return call(
+    "blend",
+    [check.warped(warped), check.image("reference", reference), inputs, check.settings(options)],
+    options,
+  );
 }
 
 /**
@@ -198,8 +232,11 @@ export async function fill(
   voidMask: Mask,
   options: FillOptions = {},
 ): Promise<ImageOutput> {
-  const images = [check.image("mosaic", mosaic), check.mask("voidMask", voidMask)] as const;
-  return call("fill", [...images, check.settings(options)], options);
+  return call(
+    "fill",
+    [check.image("mosaic", mosaic), check.mask("voidMask", voidMask), check.settings(options)],
+    options,
+  );
 }
 
 /**
@@ -213,8 +250,11 @@ export async function measure(
   reference: ImageInput,
   options: MeasureOptions = {},
 ): Promise<Quality> {
-  const images = [check.warped(warped), check.image("reference", reference)] as const;
-  return call("measure", [...images, check.gains(options.gains)], options);
+  return call(
+    "measure",
+    [check.warped(warped), check.image("reference", reference), check.gains(options.gains)],
+    options,
+  );
 }
 
 /** The default values of all options in a mode. */
@@ -229,6 +269,10 @@ export async function version(): Promise<string> {
   return core.call((raw) => raw.version());
 }
 
+/**
+ * Runs a function of the core: in a worker (`worker/`), which gets a copy of the arguments or the arguments themselves, or
+ * here. Both ways end in `run` of `core.ts`, which names the function's arguments.
+ */
 async function call<N extends CallName>(
   name: N,
   args: Calls[N]["args"],

@@ -10,7 +10,7 @@ mod pictures;
 mod scene;
 
 use depthstitch::image::DepthKind;
-use depthstitch::mosaic::{BlendOptions, FillMethod, FillOptions, Guide, blend, fill};
+use depthstitch::mosaic::{BlendOptions, FillGuide, FillMethod, FillOptions, blend, fill};
 use depthstitch::warp::{WarpOptions, warp};
 use depthstitch::{Error, Image, InverseDepth, Mask, Stage};
 use fingerprint::fingerprint;
@@ -28,7 +28,7 @@ fn any_width() -> FillOptions {
 }
 
 /// The picture with the voids cut out and filled again.
-fn refilled(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptions) -> Image {
+fn refilled(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillOptions) -> Image {
     let mut image = punched(image, voids);
     fill(&mut image, voids, guide, options, &mut ()).unwrap();
     image
@@ -63,7 +63,7 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
     let (target, reference) = (photos.target(), photos.reference());
     let warped = warp(target, reference, &pair.forward, &pair.reverse, &WarpOptions::paper(), &mut ()).unwrap();
     let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).unwrap();
-    let guide = Guide::new(&warped, &pair.forward, reference).unwrap();
+    let guide = FillGuide::new(&warped, &pair.forward, reference).unwrap();
     let camera = Camera::new(&scene.reference, width, height);
     let truth: Vec<[u8; 3]> = (0..mosaic.voids.data().len())
         .map(|i| {
@@ -111,7 +111,7 @@ fn another_place_of_the_target_gains_as_much() {
 }
 
 /// A near thing on the left, in red; behind it a far wall of green and blue patches, and a void between.
-fn edge() -> (Image, Mask, Guide) {
+fn edge() -> (Image, Mask, FillGuide) {
     let (width, height) = (120, 80);
     let image = picture(width, height, |x, y| match x {
         0..40 => [200, (x * 2) as u8, (y % 7) as u8, 255],
@@ -119,7 +119,7 @@ fn edge() -> (Image, Mask, Guide) {
     });
     let voids = mask(width, height, |x, y| (40..60).contains(&x) && (5..75).contains(&y));
     let depth = map(width, height, |x, y| if x < 40 { 2.0 + 0.01 * y as f32 } else { 0.5 + 0.002 * y as f32 });
-    (image, voids, Guide { depth, epipole: [1.0, 0.0, 0.0] })
+    (image, voids, FillGuide { depth, epipole: [1.0, 0.0, 0.0] })
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn nothing_is_taken_from_what_is_in_front() {
         assert!(pixel[0] == 0 && pixel[3] == 255, "{pixel:?} at {}, {}", i % 120, i / 120);
     }
     // Whatever affine change the depth has undergone, and with an epipole or without.
-    let changed = |epipole, scale: f32, shift: f32| Guide {
+    let changed = |epipole, scale: f32, shift: f32| FillGuide {
         depth: map(120, 80, |x, y| scale * guide.depth.data()[y * 120 + x] + shift),
         epipole,
     };
@@ -259,7 +259,7 @@ fn reports_progress_and_stops_when_told() {
 fn refuses_bad_options_and_sizes() {
     let photo = picture(8, 6, |_, _| [1, 2, 3, 255]);
     let voids = mask(8, 6, |x, _| x == 3);
-    let refused = |guide: Option<&Guide>, max_width: f64| {
+    let refused = |guide: Option<&FillGuide>, max_width: f64| {
         let mut image = photo.clone();
         let options = FillOptions { max_width, ..Default::default() };
         let error = fill(&mut image, &voids, guide, &options, &mut ()).unwrap_err();
@@ -269,6 +269,6 @@ fn refuses_bad_options_and_sizes() {
     assert_eq!(refused(None, -1.0), ("invalid-argument", vec![("value", -1.0)]));
     assert_eq!(refused(None, f64::INFINITY).0, "invalid-argument");
     assert_eq!(refused(None, f64::NAN).0, "invalid-argument");
-    let guide = Guide { depth: map(6, 7, |_, _| 1.0), epipole: [0.0; 3] };
+    let guide = FillGuide { depth: map(6, 7, |_, _| 1.0), epipole: [0.0; 3] };
     assert_eq!(refused(Some(&guide), 0.2), ("size-mismatch", vec![("expected", 48.0), ("actual", 42.0)]));
 }

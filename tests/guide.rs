@@ -10,7 +10,7 @@ mod scene;
 use depthstitch::InverseDepth;
 use depthstitch::geometry::Model;
 use depthstitch::image::DepthKind;
-use depthstitch::mosaic::Guide;
+use depthstitch::mosaic::FillGuide;
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
 use scene::{MatchOptions, Pair, Photos, gallery};
 
@@ -69,7 +69,7 @@ fn the_references_depth_is_brought_into_the_same_gauge() {
     let other: Vec<f32> =
         truth.iter().enumerate().map(|(i, d)| if i % 10 == 3 { 90.0 } else { 40.0 * d - 1.5 }).collect();
     photos.reference_depth = InverseDepth::new("depth", &other, SIZE, DepthKind::Inverse, None, SIZE).ok();
-    let guide = Guide::new(&warped, &pair.forward, photos.reference()).unwrap().unwrap();
+    let guide = FillGuide::new(&warped, &pair.forward, photos.reference()).unwrap().unwrap();
     let before = warped.depth.as_ref().unwrap();
     let mut rows = 0;
     for y in 0..SIZE.1 {

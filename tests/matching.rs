@@ -10,7 +10,7 @@ use std::collections::HashSet;
 
 use depthstitch::InverseDepth;
 use depthstitch::features::{
-    DetectOptions, Features, Guide, Keypoint, MatchOptions, Pair, match_features, match_guided, matches_of,
+    DetectOptions, Features, Keypoint, MatchGuide, MatchOptions, Pair, match_features, match_guided, matches_of,
 };
 use depthstitch::geometry::{Match, Model};
 use depthstitch::image::DepthKind;
@@ -110,7 +110,7 @@ fn the_order_of_the_features_makes_no_difference() {
     let places = |f: &Features| f.keypoints.iter().map(|k| [k.x, k.y].map(f32::to_bits)).collect::<HashSet<_>>().len();
     assert!(places(&target) < target.keypoints.len());
     let forward = Model::homography(h);
-    let guide = Guide { forward: &forward, depth: None, range: [0.0, 0.0], band: 1.0, reach: 4.0 };
+    let guide = MatchGuide { forward: &forward, depth: None, range: [0.0, 0.0], band: 1.0, reach: 4.0 };
     for options in [MatchOptions::default(), MatchOptions { ratio: 0.95, mutual: false, ..Default::default() }] {
         let matches = |target: &Features, reference: &Features| {
             let free = match_features(target, reference, &options, &mut ()).unwrap();
@@ -151,7 +151,7 @@ fn guided(photos: &Photos, forward: &Model, depth: Option<&InverseDepth>, range:
         });
         [right.count(), matches.len()]
     };
-    let guide = Guide { forward, depth, range, band: 2.0, reach: 6.0 };
+    let guide = MatchGuide { forward, depth, range, band: 2.0, reach: 6.0 };
     let free = match_features(&target, &reference, &MatchOptions::default(), &mut ()).unwrap();
     let looser = MatchOptions { ratio: 0.8, max_distance: 0.5, ..Default::default() };
     let along = match_guided(&target, &reference, &guide, &looser, &mut ()).unwrap();
@@ -189,7 +189,7 @@ fn a_homography_guides_to_a_disc() {
     let target = found(&plain(&speckle), &DetectOptions::default());
     let reference = found(&speckle.draw(SIZE.0, SIZE.1, |x, y| through(&inverse, [x, y])), &DetectOptions::default());
     let forward = Model::homography(h);
-    let guide = Guide { forward: &forward, depth: None, range: [0.0, 0.0], band: 1.0, reach: 4.0 };
+    let guide = MatchGuide { forward: &forward, depth: None, range: [0.0, 0.0], band: 1.0, reach: 4.0 };
     let options = MatchOptions { ratio: 0.9, ..Default::default() };
     let pairs = match_guided(&target, &reference, &guide, &options, &mut ()).unwrap();
     let matches = matches_of(&target, &reference, &pairs);
@@ -201,7 +201,10 @@ fn a_homography_guides_to_a_disc() {
     assert!(matches.len() > matched(&target, &reference).len());
     // Behind the camera nothing is looked for.
     let behind = Model { h: -h, e: Vector3::zeros() };
-    assert_eq!(match_guided(&target, &reference, &Guide { forward: &behind, ..guide }, &options, &mut ()).unwrap(), []);
+    assert_eq!(
+        match_guided(&target, &reference, &MatchGuide { forward: &behind, ..guide }, &options, &mut ()).unwrap(),
+        []
+    );
 }
 
 #[test]
@@ -220,16 +223,16 @@ fn bad_options_are_named() {
     assert_eq!(match_features(&some, &torn, &MatchOptions::default(), &mut ()).unwrap_err().code(), "size-mismatch");
 
     let model = Model::homography(Matrix3::identity());
-    let guide = Guide { forward: &model, depth: None, range: [0.0, 1.0], band: 1.0, reach: 1.0 };
-    let guided = |guide: &Guide<'_>| match_guided(&some, &some, guide, &MatchOptions::default(), &mut ());
+    let guide = MatchGuide { forward: &model, depth: None, range: [0.0, 1.0], band: 1.0, reach: 1.0 };
+    let guided = |guide: &MatchGuide<'_>| match_guided(&some, &some, guide, &MatchOptions::default(), &mut ());
     assert!(guided(&guide).is_ok());
     for bad in [
-        Guide { band: 0.0, ..guide },
-        Guide { reach: f64::NAN, ..guide },
-        Guide { range: [0.0, f64::INFINITY], ..guide },
+        MatchGuide { band: 0.0, ..guide },
+        MatchGuide { reach: f64::NAN, ..guide },
+        MatchGuide { range: [0.0, f64::INFINITY], ..guide },
     ] {
         assert_eq!(guided(&bad).unwrap_err().code(), "invalid-argument");
     }
     let small = InverseDepth::constant(1.0, 3, 3).unwrap();
-    assert_eq!(guided(&Guide { depth: Some(&small), ..guide }).unwrap_err().code(), "size-mismatch");
+    assert_eq!(guided(&MatchGuide { depth: Some(&small), ..guide }).unwrap_err().code(), "size-mismatch");
 }

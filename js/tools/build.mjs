@@ -1,6 +1,7 @@
 // Builds dist/: the two wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
 import { createHash } from "node:crypto";
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { homedir } from "node:os";
 import { join } from "node:path";
 import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from "./shared.mjs";
 
@@ -51,6 +52,11 @@ const modules = [
   },
 ];
 
+/** Panic messages name source files: they shall not tell where the builder keeps them. */
+const cargoHome = process.env.CARGO_HOME ?? join(homedir(), ".cargo");
+// Flags are separated by spaces.
+const remap = cargoHome.includes(" ") ? [] : [`--remap-path-prefix=${cargoHome}=cargo`];
+
 /**
  * Hot loops are written with explicit SIMD lanes. Vectorising, unrolling, inlining and eliminating partial redundancies in all
  * the others would grow the download by a third.
@@ -59,6 +65,7 @@ const wasmEnv = {
   ...cargoEnv,
   CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: [
     simd,
+    ...remap,
     "-Cno-vectorize-loops",
     "-Cno-vectorize-slp",
     ...[

@@ -83,7 +83,10 @@ function rangeText({ type, min, max, exclusiveMin, exclusiveMax, keyword }, quot
 export function interfaceOf(list) {
   const fields = list.map(([name, spec]) => {
     const unit = "unit" in spec && spec.unit ? ` Unit: ${spec.unit}.` : "";
-    return `${comment(spec.description + unit)}\n  ${name}: ${typeOf(spec)};`;
+    const paper = spec.paper === undefined ? "" : ` (${spec.paper} with mode "paper")`;
+    const range = "min" in spec ? ` Range: ${rangeText(spec, (word) => `"${word}"`)}.` : "";
+    const text = `${spec.description}${unit}${range} Default: ${spec.default}${paper}.`;
+    return `${comment(text)}\n  ${name}: ${typeOf(spec)};`;
   });
   return `export interface Options {\n${fields.join("\n")}\n}`;
 }

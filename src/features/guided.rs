@@ -15,7 +15,7 @@ const BATCH: usize = 2048;
 
 /// Geometry that predicts where in the reference the point seen at a target pixel can be.
 #[derive(Debug, Clone, Copy)]
-pub struct Guide<'a> {
+pub struct MatchGuide<'a> {
     /// Target to reference.
     pub forward: &'a Model,
     /// The target's inverse depth, of the photo's size: the search is centred on the place it predicts.
@@ -39,7 +39,7 @@ pub struct Guide<'a> {
 pub fn match_guided(
     target: &Features,
     reference: &Features,
-    guide: &Guide<'_>,
+    guide: &MatchGuide<'_>,
     options: &MatchOptions,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Pair>> {
@@ -101,7 +101,7 @@ impl Region {
     }
 }
 
-impl Guide<'_> {
+impl MatchGuide<'_> {
     fn check(&self, target: &Features) -> Result<()> {
         for (name, value) in [("band", self.band), ("reach", self.reach)] {
             if !(value.is_finite() && value > 0.0) {

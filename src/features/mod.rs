@@ -20,7 +20,7 @@ mod tracking;
 pub use descriptor::LENGTH;
 pub use detect::detect;
 pub(crate) use detect::reduced;
-pub use guided::{Guide, match_guided};
+pub use guided::{MatchGuide, match_guided};
 pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};
 pub use matching::{match_features, matches_of};
 pub use tracking::track;

@@ -15,14 +15,14 @@ const LEAST: usize = 16;
 
 /// Tells the background of a void from the foreground object whose parallax opened it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Guide {
+pub struct FillGuide {
     /// Inverse depth of what the mosaic shows, NaN where it is not known.
     pub depth: InverseDepth,
     /// Epipole on the canvas, homogeneous: parallax is along the lines through it. All zero if unknown.
     pub epipole: [f64; 3],
 }
 
-impl Guide {
+impl FillGuide {
     /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax.
     ///
     /// Where the target shows nothing the reference's inverse depth stands in, brought into the same gauge by the affine

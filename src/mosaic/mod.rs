@@ -19,4 +19,4 @@ mod span;
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
-pub use guide::Guide;
+pub use guide::FillGuide;

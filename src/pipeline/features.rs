@@ -2,7 +2,7 @@
 
 use super::align::Alignment;
 use crate::features::{
-    DetectOptions, Features, Guide, MatchOptions, Pair, detect, match_features, match_guided, matches_of,
+    DetectOptions, Features, MatchGuide, MatchOptions, Pair, detect, match_features, match_guided, matches_of,
 };
 use crate::geometry::Match;
 use crate::observer::{Observer, Portion};
@@ -84,7 +84,7 @@ pub(super) fn match_along_epipolar_lines(
     let [target, reference] = &first.features;
     let [error, _] = alignment.inlier_error(&first.matches);
     let threshold = alignment.geometry.threshold;
-    let guide = Guide {
+    let guide = MatchGuide {
         forward: &alignment.geometry.forward,
         depth: alignment.depth[0].as_deref(),
         range: [0.0; 2],

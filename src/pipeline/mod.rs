@@ -31,7 +31,7 @@ pub use options::{Mode, Options, WithoutDepth};
 
 use crate::geometry::{Estimate, Match};
 use crate::metrics::{Quality, quality};
-use crate::mosaic::{FillMethod, Guide, Mosaic, blend, crop, fill};
+use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
 use crate::warp::{WarpOptions, Warped, warp_within};
@@ -148,7 +148,7 @@ fn fill_and_crop(
 ) -> Result<Crops> {
     if let Some(options) = &options.fill {
         let [_, reference] = alignment.views(reference, reference);
-        let guide = Guide::new(warped, &alignment.geometry.forward, reference)?;
+        let guide = FillGuide::new(warped, &alignment.geometry.forward, reference)?;
         fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
     }
     Ok(Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image) })

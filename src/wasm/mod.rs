@@ -1,4 +1,14 @@
 //! The only place that knows wasm-bindgen: checks and converts, computes nothing.
+//!
+//! | file | what it holds | in TypeScript |
+//! |---|---|---|
+//! | `stages.rs` | the exported functions | `js/index.ts`, by way of `js/core.ts` |
+//! | `codecs.rs` | the second module: PNG and JPEG | `js/codecs.ts` |
+//! | `signatures.rs` | names of the types in their declarations | `types.d.ts` |
+//! | `photos.rs`, `inputs.rs` | arguments, checked against the sizes that go with them | `js/check.ts` |
+//! | `options.rs`, `specs.rs` | options; their ranges are generated | `js/options.ts` |
+//! | `results.rs` | what goes back | `types.d.ts` |
+//! | `observer.rs`, `convert.rs` | progress and cancelling; fields of objects | |
 
 mod convert;
 

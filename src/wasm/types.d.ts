@@ -55,120 +55,178 @@ export type Stage =
 export interface Options {
   /**
    * Selects the defaults of all other options: this package's own, or with "paper" those of the
-   * published method.
+   * published method. Default: default (paper with mode "paper").
    */
   mode: "default" | "paper";
   /**
    * Longer side to which larger images are downscaled for feature matching; 0 matches at full
-   * resolution. Unit: px.
+   * resolution. Unit: px. Range: an integer from 0 to 65535. Default: 1600.
    */
   matchSize: number;
-  /** Maximum number of keypoints described per image. */
+  /**
+   * Maximum number of keypoints described per image. Range: an integer from 1 to 100000. Default:
+   * 8000.
+   */
   maxKeypoints: number;
-  /** Minimum contrast of a keypoint, as a fraction of the intensity range (Lowe: 0.04). */
+  /**
+   * Minimum contrast of a keypoint, as a fraction of the intensity range (Lowe: 0.04). Range: a
+   * number from 0 to 1. Default: 0.04.
+   */
   contrastThreshold: number;
-  /** Maximum ratio of the principal curvatures at a keypoint; points on edges exceed it. */
+  /**
+   * Maximum ratio of the principal curvatures at a keypoint; points on edges exceed it. Range: a
+   * number of at least 1. Default: 10.
+   */
   edgeThreshold: number;
-  /** Lowers the contrast threshold until there are enough keypoints in all parts of the image. */
+  /**
+   * Lowers the contrast threshold until there are enough keypoints in all parts of the image.
+   * Default: true.
+   */
   adaptiveContrast: boolean;
-  /** Upsamples images by 2 before detection, which finds the smallest features. */
+  /** Upsamples images by 2 before detection, which finds the smallest features. Default: true. */
   upsample: boolean;
-  /** Compares descriptors by their element-wise square roots (RootSIFT). */
+  /** Compares descriptors by their element-wise square roots (RootSIFT). Default: true. */
   rootSift: boolean;
-  /** Ratio test: maximum distance to the nearest descriptor, relative to the second nearest. */
+  /**
+   * Ratio test: maximum distance to the nearest descriptor, relative to the second nearest. Range:
+   * a number above 0, at most 1. Default: 0.75.
+   */
   matchRatio: number;
-  /** Keeps only mutual nearest neighbours (cross-check). */
+  /** Keeps only mutual nearest neighbours (cross-check). Default: true. */
   mutual: boolean;
   /**
    * Matches again along the epipolar lines once the geometry is known, and keeps the result if it
-   * fits better.
+   * fits better. Default: true (false with mode "paper").
    */
   guidedMatching: boolean;
-  /** Without depth maps: estimates depth from the two images, or aligns them by a homography. */
+  /**
+   * Without depth maps: estimates depth from the two images, or aligns them by a homography.
+   * Default: two-view (homography with mode "paper").
+   */
   withoutDepth: "two-view" | "homography";
   /**
    * Model that selects the inliers: the paper's depth model, or one of the two it is compared with.
+   * Default: depth.
    */
   robustFit: "depth" | "homography" | "multi-homography";
   /**
    * Maximum transfer error of an inlier in pixels of the reference, or "paper": 0.1 in normalized
-   * coordinates. Unit: px.
+   * coordinates. Unit: px. Range: a number above 0, or "paper". Default: 3 (paper with mode
+   * "paper").
    */
   threshold: number | "paper";
-  /** Sampling stops when the probability that one sample was free of outliers reaches this. */
+  /**
+   * Sampling stops when the probability that one sample was free of outliers reaches this. Range: a
+   * number between 0 and 1, exclusive. Default: 0.99.
+   */
   confidence: number;
-  /** Maximum number of samples drawn by the robust estimator. */
+  /**
+   * Maximum number of samples drawn by the robust estimator. Range: an integer from 1 to 1000000.
+   * Default: 2000.
+   */
   maxTrials: number;
-  /** Seed of the sampler; the same inputs and seed give the same bytes. */
+  /**
+   * Seed of the sampler; the same inputs and seed give the same bytes. Range: an integer from 0 to
+   * 4294967295. Default: 1.
+   */
   seed: number;
   /**
    * Fits rotation, translation and focal length instead of twelve free parameters: if they explain
-   * the matches as well, always, or never.
+   * the matches as well, always, or never. Default: auto (off with mode "paper").
    */
   calibration: "auto" | "always" | "off";
-  /** Focal length of the target; 0 if unknown. Unit: px. */
+  /**
+   * Focal length of the target; 0 if unknown. Unit: px. Range: a number of at least 0. Default: 0.
+   */
   focalLength: number;
-  /** Refines inverse depth by stereo matching along the epipolar lines. */
+  /**
+   * Refines inverse depth by stereo matching along the epipolar lines. Default: epipolar (none with
+   * mode "paper").
+   */
   refinement: "epipolar" | "none";
   /**
    * Search range of the refinement, in both directions; 0 derives it from the residuals of the
-   * matches. Unit: px.
+   * matches. Unit: px. Range: a number of at least 0. Default: 0.
    */
   refinementRange: number;
   /**
    * How the target is rendered: the paper's complete method ("optimal", with mode "paper" the
    * default), one of its ablations, or with voids of the overlap as a confidence that the seam
-   * weighs ("soft").
+   * weighs ("soft"). Default: soft (optimal with mode "paper").
    */
   warpMode: "forward" | "backward" | "backward+void" | "optimal" | "soft";
-  /** Columns of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
+  /**
+   * Columns of the grid over the target; 0 places one vertex per pixel. Unit: cells. Range: an
+   * integer from 0 to 65535. Default: 0.
+   */
   gridColumns: number;
-  /** Rows of the grid over the target; 0 places one vertex per pixel. Unit: cells. */
+  /**
+   * Rows of the grid over the target; 0 places one vertex per pixel. Unit: cells. Range: an integer
+   * from 0 to 65535. Default: 0.
+   */
   gridRows: number;
-  /** Where a depth map has no value: uses the nearest known one, or draws nothing. */
+  /**
+   * Where a depth map has no value: uses the nearest known one, or draws nothing. Default: nearest.
+   */
   holes: "nearest" | "drop";
   /**
    * β: a pixel is void where forward and reverse model disagree by more than this. Unless mode is
    * "paper", less is enough where the colours differ unusually, and with depth from the images
-   * alone it is reduced by up to half. Unit: × target diagonal.
+   * alone it is reduced by up to half. Unit: × target diagonal. Range: a number above 0. Default:
+   * 0.02 (0.01 with mode "paper").
    */
   voidDistance: number;
   /**
    * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Unit: ×
-   * average cell.
+   * average cell. Range: a number above 0. Default: 5 (2 with mode "paper").
    */
   stretchLimit: number;
-  /** How far the canvas may extend beyond each side of the reference. Unit: × reference size. */
+  /**
+   * How far the canvas may extend beyond each side of the reference. Unit: × reference size. Range:
+   * a number from 0 to 100. Default: 2.
+   */
   canvasLimit: number;
   /**
    * Adapts the target's exposure to the reference's: by a smooth field of gains, by one gain per
-   * channel, or not at all.
+   * channel, or not at all. Default: field (none with mode "paper").
    */
   exposure: "field" | "gain" | "none";
-  /** Selects one image per pixel of the overlap by a minimum cut, or blends both everywhere. */
+  /**
+   * Selects one image per pixel of the overlap by a minimum cut, or blends both everywhere.
+   * Default: cut (none with mode "paper").
+   */
   seam: "cut" | "none";
-  /** How the images are blended. */
+  /** How the images are blended. Default: multiband (average with mode "paper"). */
   blending: "multiband" | "feather" | "average";
-  /** Width of the ramp of feather blending. Unit: px. */
+  /**
+   * Width of the ramp of feather blending. Unit: px. Range: an integer from 0 to 1000. Default: 32.
+   */
   feather: number;
-  /** Number of bands of multiband blending; 0 derives it from the image size. */
+  /**
+   * Number of bands of multiband blending; 0 derives it from the image size. Range: an integer from
+   * 0 to 10. Default: 0.
+   */
   bands: number;
   /**
    * How voids inside the mosaic are filled: by PatchMatch with patches of the background, by
-   * coherence transport from the border, or not at all.
+   * coherence transport from the border, or not at all. Default: exemplar (smooth with mode
+   * "paper").
    */
   fill: "exemplar" | "smooth" | "none";
   /**
    * Radius of the neighbourhood of a pixel filled by coherence transport; time grows with its
-   * square. Unit: px.
+   * square. Unit: px. Range: an integer from 1 to 64. Default: 5.
    */
   fillRadius: number;
   /**
    * Voids wider than this stay transparent except where they narrow; applies to "exemplar". Unit: ×
-   * √(valid pixels).
+   * √(valid pixels). Range: a number from 0 to 100. Default: 0.2.
    */
   fillMaxWidth: number;
-  /** Memory limit; a larger job is rejected before anything is allocated. Unit: bytes. */
+  /**
+   * Memory limit; a larger job is rejected before anything is allocated. Unit: bytes. Range: a
+   * number from 1 to 4294967296. Default: 2147483648.
+   */
   maxBytes: number;
 }
 

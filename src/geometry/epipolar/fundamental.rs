@@ -56,13 +56,13 @@ impl Estimator for FundamentalEstimator {
         SAMPLE
     }
 
-    fn minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
         let mut found = seven_point(points, sample);
         found.retain(|f| oriented(points, sample, f));
         found
     }
 
-    fn local(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
+    fn refit(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
         self.refine(points, inliers, model, COARSE)
     }
 
@@ -93,7 +93,7 @@ impl Estimator for PlaneAndParallax {
         2
     }
 
-    fn minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
         // The line through a match and its image by the homography contains the epipole.
         let line = |i: usize| {
             let Point { x, y, u, v, .. } = points[i];
@@ -103,8 +103,8 @@ impl Estimator for PlaneAndParallax {
         vec![Fundamental(epipole.cross_matrix() * self.0)]
     }
 
-    fn local(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
-        FundamentalEstimator.local(points, inliers, model)
+    fn refit(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
+        FundamentalEstimator.refit(points, inliers, model)
     }
 
     fn refine(&self, points: &Points, inliers: &[bool], start: &Fundamental, tolerance: f64) -> Option<Fundamental> {

@@ -53,7 +53,7 @@ impl Estimator for ProjectionEstimator {
         }
     }
 
-    fn minimal(&self, points: &Points, sample: &[usize]) -> Vec<Projection> {
+    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Projection> {
         let Some(model) = self.linear(points, sample, SAMPLE_VARIANCE) else { return Vec::new() };
         // All of the sample must be in front of the camera, by one sign of the model or the other.
         let behind = count(sample.iter().map(|&i| points[i].third(&model) <= 0.0));
@@ -64,7 +64,7 @@ impl Estimator for ProjectionEstimator {
         }
     }
 
-    fn local(&self, points: &Points, inliers: &[bool], _: &Projection) -> Option<Projection> {
+    fn refit(&self, points: &Points, inliers: &[bool], _: &Projection) -> Option<Projection> {
         self.linear_of_most(points, inliers)
     }
 

@@ -48,10 +48,10 @@ pub(super) trait Estimator {
     fn sample_size(&self) -> usize;
 
     /// All models through a minimal sample; none if the sample is degenerate.
-    fn minimal(&self, points: &Points, sample: &[usize]) -> Vec<Self::Model>;
+    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Self::Model>;
 
     /// A fast fit to the flagged matches, as local optimisation needs it; `None` if they do not determine a model.
-    fn local(&self, points: &Points, inliers: &[bool], model: &Self::Model) -> Option<Self::Model>;
+    fn refit(&self, points: &Points, inliers: &[bool], model: &Self::Model) -> Option<Self::Model>;
 
     /// Non-linear least squares on the flagged matches, from `start` until an iteration reduces the cost by less than the
     /// fraction `tolerance`; `None` if they do not determine a model.
@@ -81,12 +81,12 @@ impl<M: Residual + Copy> Found<M> {
         for threshold in config.scales.0 {
             for _ in 0..config.local_iterations {
                 let inliers = inliers_of(points, &model, threshold);
-                let Some(local) = estimator.local(points, &inliers, &model) else { break };
-                let local_cost = config.scales.cost(points, &local, cost);
+                let Some(refitted) = estimator.refit(points, &inliers, &model) else { break };
+                let local_cost = config.scales.cost(points, &refitted, cost);
                 if local_cost >= cost {
                     break;
                 }
-                (model, cost) = (local, local_cost);
+                (model, cost) = (refitted, local_cost);
             }
         }
         (self.model, self.cost) = (Some(model), cost);
@@ -127,7 +127,7 @@ pub(super) fn ransac<E: Estimator>(
         trials += 1;
         sampler.sample(population.len(), &mut sample);
         sample.iter_mut().for_each(|i| *i = population[*i]);
-        for model in estimator.minimal(points, &sample) {
+        for model in estimator.fit_minimal(points, &sample) {
             if best.offer(estimator, points, config, model) {
                 limit = needed(&best);
             }

@@ -6,7 +6,8 @@ use crate::geometry::points::{Point, Points};
 
 /// A model that matches can be measured against.
 pub(in crate::geometry) trait Residual {
-    /// The squared error of a match; infinite where the model has no image of it.
+    /// The squared error of a match in the units of the points, which a search has normalised; infinite where the model has no
+    /// image of it.
     fn squared_error(&self, point: &Point) -> f64;
 }
 

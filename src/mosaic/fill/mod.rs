@@ -5,7 +5,7 @@ mod exemplar;
 mod parts;
 mod smooth;
 
-use super::Guide;
+use super::FillGuide;
 use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::rect::{bounding_box, extent};
@@ -59,7 +59,7 @@ impl Default for FillOptions {
 pub fn fill(
     image: &mut Image,
     voids: &Mask,
-    guide: Option<&Guide>,
+    guide: Option<&FillGuide>,
     options: &FillOptions,
     observer: &mut dyn Observer,
 ) -> Result<()> {
@@ -112,7 +112,7 @@ impl Progress<'_> {
     }
 }
 
-fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptions) -> Result<()> {
+fn check(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillOptions) -> Result<()> {
     for (name, expected, actual) in
         [("voids width", image.width(), voids.width()), ("voids height", image.height(), voids.height())]
     {
@@ -120,7 +120,7 @@ fn check(image: &Image, voids: &Mask, guide: Option<&Guide>, options: &FillOptio
             return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into());
         }
     }
-    if let Some(Guide { depth, .. }) = guide {
+    if let Some(FillGuide { depth, .. }) = guide {
         check_size("guide", (depth.width(), depth.height()), (image.width(), image.height()))?;
     }
     if !(1..=64).contains(&options.radius) {

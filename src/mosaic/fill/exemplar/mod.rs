@@ -10,7 +10,7 @@ mod level;
 mod search;
 mod vote;
 
-use super::super::Guide;
+use super::super::FillGuide;
 use super::Progress;
 use super::cluster::Cluster;
 use crate::distance::{STRAIGHT, distance};
@@ -56,7 +56,7 @@ pub(super) fn fill(
     voids: &Mask,
     inside: &dyn Fn(usize, usize) -> bool,
     cluster: &Cluster,
-    guide: Option<&Guide>,
+    guide: Option<&FillGuide>,
     filled: &mut Vec<Filled>,
     progress: &mut Progress<'_>,
 ) -> Result<bool> {
@@ -173,7 +173,7 @@ fn base(
     image: &Image,
     voids: &Mask,
     inside: &dyn Fn(usize, usize) -> bool,
-    guide: Option<&Guide>,
+    guide: Option<&FillGuide>,
     window: Rect,
 ) -> Result<Level> {
     let mut level = Level::new(window.width, window.height)?;
