@@ -6,11 +6,11 @@
 mod cases;
 
 use cases::Case;
-use depthstitch::Result;
 use depthstitch::geometry::{Match, ModelKind, RobustFit};
-use depthstitch::metrics::Quality;
+use depthstitch::metrics::{Quality, appearance};
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::warp::{WarpMode, WarpOptions};
+use depthstitch::{Result, View};
 
 /// The pair the paper's numbers are for.
 const PAIR: &str = "nis-PTS_17";
@@ -153,4 +153,26 @@ fn refinement_gains() {
     let Quality { psnr_bbox, ssim_bbox, coverage, .. } = found;
     println!("{psnr_bbox:.2} dB, SSIM {ssim_bbox:.3}, coverage {coverage:.3}");
     assert!(psnr_bbox > 19.5 && ssim_bbox > 0.79 && coverage > 0.52, "{found:?}");
+}
+
+/// What a person took for right: a homography, a plane outside the reference, and the surface itself. Whichever it is, no
+/// straight line may be broken outside.
+#[test]
+fn what_only_the_target_shows_looks_natural() {
+    for (name, expected) in [
+        ("photo-lpc-cup", Some("parallax-ignored")),
+        ("photo-sgla-04", Some("outside-guessed")),
+        ("photo-sgla-16", None),
+    ] {
+        let Some(case) = load(name) else { continue };
+        let found = run(&case, &Options { output_depth: true, ..Options::default() }).unwrap();
+        let said = codes(&found).into_iter().find(|code| ["parallax-ignored", "outside-guessed"].contains(code));
+        assert_eq!(said, expected, "{name}");
+        assert_eq!(found.geometry.kind == ModelKind::Homography, said == Some("parallax-ignored"), "{name}");
+        let target = View { depth: found.depth[0].as_ref(), ..case.target() };
+        let Stitched { geometry, warped, mosaic, .. } = &found;
+        let seen = appearance(target, case.reference().image, &geometry.forward, warped, mosaic).unwrap();
+        assert_eq!(seen.broken_lines.outside.broken, 0, "{name}");
+        assert!(seen.bending.unwrap_or(0.0) < 2.0, "{name}: {:?}", seen.bending);
+    }
 }
