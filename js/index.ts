@@ -66,16 +66,7 @@ export async function stitch(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<StitchResult> {
-  return call(
-    "stitch",
-    [
-      check.image("target", target),
-      check.image("reference", reference),
-      check.stitchInputs(options),
-      check.settings(options),
-    ],
-    options,
-  );
+  return call("stitch", stitchArguments(target, reference, options), options);
 }
 
 /**
@@ -149,16 +140,7 @@ export async function align(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<Alignment> {
-  return call(
-    "align",
-    [
-      check.image("target", target),
-      check.image("reference", reference),
-      check.stitchInputs(options),
-      check.settings(options),
-    ],
-    options,
-  );
+  return call("align", stitchArguments(target, reference, options), options);
 }
 
 /**
@@ -267,6 +249,20 @@ export async function defaultOptions(mode: Options["mode"] = "default"): Promise
 export async function version(): Promise<string> {
   await core.start(await compile());
   return core.call((raw) => raw.version());
+}
+
+/** Checked, what `stitch` and its first half take. */
+function stitchArguments(
+  target: ImageInput,
+  reference: ImageInput,
+  options: StitchOptions,
+): Calls["stitch"]["args"] {
+  return [
+    check.image("target", target),
+    check.image("reference", reference),
+    check.stitchInputs(options),
+    check.settings(options),
+  ];
 }
 
 /**
