@@ -1,9 +1,9 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
 use super::pull_push::Level;
-use super::surface::{Extrapolation, Outside, Surface, sample_step};
+use super::surface::{Equations, Extrapolation, OtherView, sample_step};
 use super::transfer::for_each_landing;
-use crate::features::{LineSegment, LineSegmentOptions, line_segments};
+use crate::features::{LineSegmentOptions, line_segments};
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
@@ -54,8 +54,8 @@ pub fn complete_depth(
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
-    let other = Outside { model, size: other };
-    Ok(Known::of(depth, photo, other, reliable, observer)?.completed(options)?.unwrap_or_else(|| depth.clone()))
+    let other = OtherView { model, size: other };
+    Ok(KnownDepth::of(depth, photo, other, reliable, observer)?.completed(options)?.unwrap_or_else(|| depth.clone()))
 }
 
 /// As [`complete_depth`] of the reference's map `own`; but near the photo's border, where few windows could be compared and both
@@ -90,26 +90,25 @@ pub fn complete_reference_depth(
         }
     })?;
     let known = InverseDepth::from_values(known, w, h);
-    let other = Outside { model: models[1], size: (target.width(), target.height()) };
-    Ok(Known::new(known, Some(photo), other, observer)?.completed(options)?.unwrap_or_else(|| own.clone()))
+    let other = OtherView { model: models[1], size: (target.width(), target.height()) };
+    Ok(KnownDepth::new(known, Some(photo), other, observer)?.completed(options)?.unwrap_or_else(|| own.clone()))
 }
 
 /// What is known of the depth of a photo, ready to be completed in one way or another.
-pub(crate) struct Known<'a> {
+pub(crate) struct KnownDepth<'a> {
     /// NaN where it is not known.
     depth: InverseDepth,
-    samples: Vec<DepthSample>,
-    photo: Option<ImageView<'a>>,
-    segments: Vec<LineSegment>,
-    other: Outside<'a>,
+    /// Of the surface through it; `None` when hardly anything is known.
+    equations: Option<Equations>,
+    other: OtherView<'a>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> KnownDepth<'a> {
     /// Of a map, what is reliable and lands inside of the other photo.
     pub fn of(
         depth: &InverseDepth,
-        photo: Option<ImageView<'a>>,
-        other: Outside<'a>,
+        photo: Option<ImageView<'_>>,
+        other: OtherView<'a>,
         reliable: Option<&Mask>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
@@ -140,8 +139,8 @@ impl<'a> Known<'a> {
     /// Of a map that is NaN where it is not known.
     pub fn new(
         depth: InverseDepth,
-        photo: Option<ImageView<'a>>,
-        other: Outside<'a>,
+        photo: Option<ImageView<'_>>,
+        other: OtherView<'a>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
@@ -156,23 +155,24 @@ impl<'a> Known<'a> {
                 }
             }
         }
-        let segments = match photo {
-            Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
-            None => Vec::new(),
+        let equations = if samples.len() < LEAST_SAMPLES {
+            None
+        } else {
+            let segments = match photo {
+                Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
+                None => Vec::new(),
+            };
+            report(observer, Stage::Depth, 0.5)?;
+            Equations::new(&samples, (w, h), photo, &segments, &other)?
         };
-        report(observer, Stage::Depth, 0.5)?;
-        Ok(Self { depth, samples, photo, segments, other })
+        Ok(Self { depth, equations, other })
     }
 
     /// A whole map; `None` when hardly anything is known.
-    pub fn completed(&self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
-        if self.samples.len() < LEAST_SAMPLES {
-            return Ok(None);
-        }
+    pub fn completed(&mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
         let (size, values) = ((self.depth.width(), self.depth.height()), self.depth.data());
-        let surface =
-            Surface::fit(&self.samples, size, self.photo, &self.segments, &self.other, options.extrapolation)?;
-        let Some(surface) = surface else { return Ok(None) };
+        let Some(equations) = &mut self.equations else { return Ok(None) };
+        let Some(surface) = equations.solve(&self.other, options.extrapolation)? else { return Ok(None) };
         let mut filled = surface.dense(size)?;
         if options.keep_reliable {
             let details = Level::of(size.0, &filled, values)?.continued(0.5 * REACH * diagonal(size))?;

@@ -10,12 +10,12 @@ mod surface;
 mod transfer;
 mod two_view;
 
-pub(crate) use completion::Known;
+pub(crate) use completion::KnownDepth;
 pub use completion::{CompletionOptions, complete_depth, complete_reference_depth};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};
 pub use surface::Extrapolation;
-pub(crate) use surface::Outside;
+pub(crate) use surface::OtherView;
 pub use transfer::{derive_depth, derive_missing};
 pub use two_view::{TwoView, two_view};

@@ -1,7 +1,7 @@
 //! The other photo's inverse depth from one map.
 
-use super::completion::{CompletionOptions, Known};
-use super::surface::Outside;
+use super::completion::{CompletionOptions, KnownDepth};
+use super::surface::OtherView;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
 use crate::image::{filled, zeroed};
 use crate::observer::{Observer, report};
@@ -34,8 +34,8 @@ pub fn derive_depth(
         }
     })?;
     let seen = InverseDepth::from_values(seen, w, h);
-    let other = Outside { model: &reverse, size: (depth.width(), depth.height()) };
-    Known::new(seen, None, other, observer)?.completed(&CompletionOptions::default())
+    let other = OtherView { model: &reverse, size: (depth.width(), depth.height()) };
+    KnownDepth::new(seen, None, other, observer)?.completed(&CompletionOptions::default())
 }
 
 /// Calls `put` with the index of every pixel of the `other` photo (width, height) that a pixel of the map covers there, its
@@ -54,7 +54,7 @@ pub(super) fn for_each_landing(
     };
     for y in 0..depth.height() {
         if y % 256 == 0 {
-            report(observer, Stage::Depth, 0.5 * y as f32 / depth.height() as f32)?;
+            report(observer, Stage::Depth, 0.2 * y as f32 / depth.height() as f32)?;
         }
         for x in 0..depth.width() {
             let Some((place, value, d)) = at(x, y) else { continue };

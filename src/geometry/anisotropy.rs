@@ -26,6 +26,8 @@ pub fn anisotropy(
     let step = (size.0 as f64 / COLUMNS as f64).max(1.0);
     let (mut sum, mut count) = (0.0, 0usize);
     let place = |x: f64, y: f64| model.project(x, y, depth(x, y));
+    let inside =
+        |[u, v]: [f64; 2]| reference.is_some_and(|size| border_distance([u, v], size) >= BESIDE * diagonal(size));
     let mut y = 0.0;
     while y + step < size.1 as f64 {
         let mut x = 0.0;
@@ -33,9 +35,7 @@ pub fn anisotropy(
         while x + step < size.0 as f64 {
             let (here, right) = (next, place(x + step, y));
             next = right;
-            if here
-                .is_none_or(|place| reference.is_none_or(|size| border_distance(place, size) < BESIDE * diagonal(size)))
-            {
+            if !here.is_some_and(inside) {
                 let jacobian = here.zip(right).zip(place(x, y + step)).map(|((a, b), c)| {
                     [b[0] - a[0], c[0] - a[0], b[1] - a[1], c[1] - a[1]].map(|difference| difference / step)
                 });

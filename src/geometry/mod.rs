@@ -26,7 +26,7 @@ pub use homography::homography;
 pub use model::{Match, Model};
 pub(crate) use model::{check_views, epipolar_direction};
 pub use plane::DepthSample;
-pub(crate) use plane::{dominant_plane, plane_depth};
+pub(crate) use plane::{dominant_plane, plane_depth, weighted_plane};
 
 use crate::InverseDepth;
 use crate::report::Warning;

@@ -18,22 +18,33 @@ pub struct DepthSample {
     pub parallax: f64,
 }
 
+impl DepthSample {
+    /// Distance in pixels of the other photo from where a plane's inverse depth would put this.
+    pub(crate) fn distance(&self, plane: [f64; 3]) -> f64 {
+        (self.depth - plane_depth(plane, self.point)).abs() * self.parallax
+    }
+}
+
 /// a, b, c of depth = ax + by + c with the least sum of distances in the other photo, by iteratively reweighted least
 /// squares; errors up to `unit` have the weight of `unit`. `None` if the points lie on one line.
 pub(crate) fn dominant_plane(points: &[DepthSample], unit: f64) -> Option<[f64; 3]> {
     let mut plane = [0.0, 0.0, median(points.iter().map(|m| m.depth).collect())?];
     for _ in 0..ITERATIONS {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for m in points {
-            let p = Vector3::new(m.point[0], m.point[1], 1.0);
-            let residual = (m.depth - plane_depth(plane, m.point)).abs() * m.parallax;
-            let weight = m.parallax * m.parallax / if residual > unit { residual } else { unit };
-            normal.syger(weight, &p, &p, 1.0);
-            right += p * (weight * m.depth);
-        }
-        plane = normal.cholesky()?.solve(&right).into();
+        plane = weighted_plane(points.iter().map(|m| (m, m.parallax * m.parallax / m.distance(plane).max(unit))))?;
     }
     Some(plane)
+}
+
+/// a, b, c of depth = ax + by + c with the least weighted sum of squared differences of depth. `None` if the points lie on one
+/// line.
+pub(crate) fn weighted_plane<'a>(points: impl Iterator<Item = (&'a DepthSample, f64)>) -> Option<[f64; 3]> {
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (m, weight) in points {
+        let p = Vector3::new(m.point[0], m.point[1], 1.0);
+        normal.syger(weight, &p, &p, 1.0);
+        right += p * (weight * m.depth);
+    }
+    Some(normal.cholesky()?.solve(&right).into())
 }
 
 /// The plane's inverse depth at a point.

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
+use super::extrapolation::{Completed, complete};
 use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
-use super::outside::{Completed, complete};
 use super::timer::StageTimer;
 use crate::depth::{Extrapolation, Prior, RefineOptions, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
@@ -24,7 +24,8 @@ pub struct Alignment<'a> {
     pub geometry: Estimate,
     /// Of target and reference; `None` with a homography, in which depth plays no part.
     pub depth: [Option<Cow<'a, InverseDepth>>; 2],
-    /// Reference pixels whose depth the refinement found reliable; `None` without refinement.
+    /// Reference pixels whose depth the refinement found reliable; `None` without refinement, and with two photos alone, whose
+    /// depth is a smooth surface.
     pub reliable: Option<Mask>,
     /// With depth from the matches themselves, how far it misses matches left out of it: see
     /// [`TwoView`](crate::depth::TwoView).

@@ -13,11 +13,11 @@
 //! | measure | [`quality`] |
 
 mod align;
+mod extrapolation;
 mod features;
 mod memory;
 mod models;
 mod options;
-mod outside;
 mod timer;
 
 use std::borrow::Cow;

@@ -3,10 +3,8 @@
 //! A plane of inverse depth is a homography to the other photo, so nothing in it bends. Which of the scene's planes shows the
 //! rest as a person expects it is not said by its size alone: seen as part of the ground, a house leans.
 
-use nalgebra::{Matrix3, Vector3};
-
-use super::Outside;
-use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth};
+use super::OtherView;
+use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth, weighted_plane};
 use crate::rect::diagonal;
 
 /// Samples that are looked at.
@@ -20,15 +18,15 @@ const REFITS: usize = 8;
 /// How near the outside a sample has to be to weigh much, as a share of the diagonal.
 const NEAR: f64 = 0.15;
 /// What every sample weighs at least, next to one in the middle of the outside.
-const ANYWHERE: f64 = 0.01;
+const LEAST_WEIGHT: f64 = 0.01;
 /// The outside is looked at at so many points a side.
 const POINTS: usize = 24;
 /// How much larger, as a logarithm, a plane has to be for a unit of anisotropy.
-const NATURAL: f64 = 3.0;
+const ANISOTROPY_WEIGHT: f64 = 3.0;
 
 /// a, b, c of the inverse depth ax + by + c: a plane that many of the samples near the outside are part of, and that shows a
 /// photo of this size without making it lean. `None` if all samples lie on one line.
-pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &Outside<'_>) -> Option<[f64; 3]> {
+pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &OtherView<'_>) -> Option<[f64; 3]> {
     let samples: Vec<DepthSample> = samples.iter().step_by((samples.len() / SAMPLES).max(1)).copied().collect();
     let dominant = dominant_plane(&samples, 1.0)?;
     let weights = near_outside(&samples, size, dominant, other);
@@ -55,42 +53,23 @@ pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &
     Some(best.0)
 }
 
-/// How far in pixels outside of the other photo a point with this depth lands; infinitely far behind its camera.
-pub(super) fn outside(other: &Outside<'_>, [x, y]: [f64; 2], depth: f64) -> f64 {
-    let Some([u, v]) = other.model.project(x, y, depth) else { return f64::INFINITY };
-    let beyond = |p: f64, side: usize| (-p).max(p - (side - 1) as f64).max(0.0);
-    let (a, b) = (beyond(u, other.size.0), beyond(v, other.size.1));
-    (a * a + b * b).sqrt()
-}
-
 /// How much each sample says about what lies outside of the other photo.
-fn near_outside(samples: &[DepthSample], (w, h): (usize, usize), plane: [f64; 3], other: &Outside<'_>) -> Vec<f64> {
+fn near_outside(samples: &[DepthSample], (w, h): (usize, usize), plane: [f64; 3], other: &OtherView<'_>) -> Vec<f64> {
     let at = |i: usize, side: usize| i as f64 * (side - 1) as f64 / (POINTS - 1) as f64;
     let points = (0..POINTS * POINTS).map(|i| [at(i % POINTS, w), at(i / POINTS, h)]);
-    let outer: Vec<[f64; 2]> = points.filter(|p| outside(other, *p, plane_depth(plane, *p)) > 0.0).collect();
+    let outer: Vec<[f64; 2]> = points.filter(|p| other.distance(*p, plane_depth(plane, *p)) > 0.0).collect();
     let reach = NEAR * diagonal((w, h));
     let near = |s: &DepthSample, p: &[f64; 2]| {
         let (x, y) = (p[0] - s.point[0], p[1] - s.point[1]);
         libm::exp(-(x * x + y * y).sqrt() / reach)
     };
-    samples.iter().map(|s| outer.iter().map(|p| near(s, p)).sum::<f64>() + ANYWHERE).collect()
-}
-
-/// Distance of a sample from a plane in pixels of the other photo.
-fn distance(s: &DepthSample, plane: [f64; 3]) -> f64 {
-    ((s.depth - plane_depth(plane, s.point)) * s.parallax).abs()
+    samples.iter().map(|s| outer.iter().map(|p| near(s, p)).sum::<f64>() + LEAST_WEIGHT).collect()
 }
 
 /// The plane again, by weighted least squares of what is part of it; `None` when that is on one line.
 fn refit(samples: &[DepthSample], weights: &[f64], plane: [f64; 3], tolerance: f64) -> Option<[f64; 3]> {
-    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for (s, weight) in samples.iter().zip(weights).filter(|(s, _)| distance(s, plane) < tolerance) {
-        let p = Vector3::new(s.point[0], s.point[1], 1.0);
-        let weight = weight * s.parallax * s.parallax;
-        normal.syger(weight, &p, &p, 1.0);
-        right += p * (weight * s.depth);
-    }
-    Some(normal.cholesky()?.solve(&right).into())
+    let part = samples.iter().zip(weights).filter(|(s, _)| s.distance(plane) < tolerance);
+    weighted_plane(part.map(|(s, weight)| (s, weight * s.parallax * s.parallax)))
 }
 
 /// Logarithm of the share of the samples in a plane, less its anisotropy.
@@ -99,10 +78,10 @@ fn score(
     weights: &[f64],
     plane: [f64; 3],
     tolerance: f64,
-    (size, other): ((usize, usize), &Outside<'_>),
+    (size, other): ((usize, usize), &OtherView<'_>),
 ) -> f64 {
     let all: f64 = weights.iter().sum();
-    let part: f64 = samples.iter().zip(weights).filter(|(s, _)| distance(s, plane) < tolerance).map(|(_, w)| w).sum();
+    let part: f64 = samples.iter().zip(weights).filter(|(s, _)| s.distance(plane) < tolerance).map(|(_, w)| w).sum();
     let leaning = anisotropy(other.model, size, &|x, y| plane_depth(plane, [x, y]), None);
-    libm::log(part / all) - NATURAL * leaning.unwrap_or(0.0)
+    libm::log(part / all) - ANISOTROPY_WEIGHT * leaning.unwrap_or(0.0)
 }

@@ -1,7 +1,6 @@
 //! The mesh, and what its values should fulfil.
 
-use super::Outside;
-use super::background::outside;
+use super::OtherView;
 use crate::ImageView;
 use crate::depth::interpolation::mean_colour;
 use crate::geometry::{DepthSample, plane_depth};
@@ -162,10 +161,10 @@ impl Mesh {
 
     /// Pull of the values to the background: of all of them weakly, and with `other` more of those that land outside of that
     /// photo. `depth` is what the vertices have now.
-    pub fn pull(&self, depth: &dyn Fn(usize, [f64; 2]) -> f64, other: Option<&Outside<'_>>, out: &mut Vec<Term>) {
+    pub fn pull(&self, depth: &dyn Fn(usize, [f64; 2]) -> f64, other: Option<&OtherView<'_>>, out: &mut Vec<Term>) {
         out.extend(self.vertices().map(|(node, point)| {
             let far = other.map_or(0.0, |other| {
-                let distance = outside(other, point, depth(node, point));
+                let distance = other.distance(point, depth(node, point));
                 let share = (distance / (FAR * diagonal(other.size))).min(1.0);
                 share * share
             });

@@ -14,7 +14,8 @@ use crate::image::reserve;
 use crate::statistics::median;
 use crate::{ImageView, Result};
 use background::background;
-use mesh::Mesh;
+use lines::Line;
+use mesh::{Mesh, Term};
 
 /// Reweightings, and after how many outliers lose more.
 const PASSES: usize = 10;
@@ -32,11 +33,34 @@ pub enum Extrapolation {
 
 /// The other photo, outside of which nothing is known.
 #[derive(Clone, Copy)]
-pub(crate) struct Outside<'a> {
+pub(crate) struct OtherView<'a> {
     /// Leads there.
     pub model: &'a Model,
     /// Its width and height.
     pub size: (usize, usize),
+}
+
+impl OtherView<'_> {
+    /// How far in pixels outside of the other photo a point with this depth lands, 0 inside; infinitely far behind its camera.
+    pub(super) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
+        let Some([u, v]) = self.model.project(x, y, depth) else { return f64::INFINITY };
+        let beyond = |p: f64, side: usize| (-p).max(p - (side - 1) as f64).max(0.0);
+        let (a, b) = (beyond(u, self.size.0), beyond(v, self.size.1));
+        (a * a + b * b).sqrt()
+    }
+}
+
+/// The equations of a surface, but for how it is extrapolated. What they solve for are deviations from a plane of the
+/// background, in pixels of parallax.
+pub(super) struct Equations {
+    mesh: Mesh,
+    plane: [f64; 3],
+    /// Pixels per unit of inverse depth that most samples move by.
+    parallax: f64,
+    /// The samples', those of smoothness, then the pull to the background, which is different in every pass.
+    terms: Vec<Term>,
+    pulls: usize,
+    lines: Vec<Line>,
 }
 
 /// Values at the vertices of a regular mesh, bilinear between them.
@@ -51,18 +75,17 @@ fn robust(residual: f64, late: bool) -> f64 {
     if late { weight * weight.sqrt() } else { weight }
 }
 
-impl Surface {
-    /// Fits a surface to `samples` of a photo of this size, by reweighted least squares: it bends where the photo has edges
-    /// rather than elsewhere, is affine along the `segments`, and far from all samples the background's plane.
+impl Equations {
+    /// For `samples` of a photo of this size: its surface bends where the photo has edges rather than elsewhere, is affine along
+    /// the `segments`, and far from all samples the background's plane.
     ///
     /// `None` when the samples do not determine a plane.
-    pub fn fit(
+    pub fn new(
         samples: &[DepthSample],
         size: (usize, usize),
         photo: Option<ImageView<'_>>,
         segments: &[LineSegment],
-        other: &Outside<'_>,
-        extrapolation: Extrapolation,
+        other: &OtherView<'_>,
     ) -> Result<Option<Self>> {
         let mesh = Mesh::over(size);
         let Some(plane) = background(samples, size, other) else { return Ok(None) };
@@ -70,29 +93,35 @@ impl Surface {
         if !parallax.is_normal() {
             return Ok(None);
         }
-        // Deviations from the plane, in pixels of parallax.
         let mut terms = Vec::new();
         reserve(&mut terms, samples.len() + 8 * mesh.len())?;
         mesh.data(samples, plane, parallax, &mut terms);
         mesh.smoothness(photo, &mut terms);
-        let mut lines = lines::along(&mesh, segments, size);
+        let (pulls, lines) = (terms.len(), lines::along(&mesh, segments, size));
+        Ok(Some(Self { mesh, plane, parallax, terms, pulls, lines }))
+    }
+
+    /// The surface, by reweighted least squares; `None` where they do not determine it.
+    pub fn solve(&mut self, other: &OtherView<'_>, extrapolation: Extrapolation) -> Result<Option<Surface>> {
+        let Self { mesh, plane, parallax, terms, pulls, lines } = self;
         let mut values = vec![0.0; mesh.len()];
-        let pulls = terms.len();
         for pass in 0..PASSES {
-            terms.truncate(pulls);
+            terms.truncate(*pulls);
             // At first nothing is known of where the vertices land.
             let other = Some(other).filter(|_| pass > 0 && extrapolation == Extrapolation::Plane);
-            let depth = |node: usize, point: [f64; 2]| values[node] / parallax + plane_depth(plane, point);
-            mesh.pull(&depth, other, &mut terms);
-            let Some(next) = solve::reweighted(&mesh, &terms, &mut lines, &values, pass)? else { return Ok(None) };
+            let depth = |node: usize, point: [f64; 2]| values[node] / *parallax + plane_depth(*plane, point);
+            mesh.pull(&depth, other, terms);
+            let Some(next) = solve::reweighted(mesh, terms, lines, &values, pass)? else { return Ok(None) };
             values = next;
         }
         for (node, point) in mesh.vertices() {
-            values[node] = values[node] / parallax + plane_depth(plane, point);
+            values[node] = values[node] / *parallax + plane_depth(*plane, point);
         }
-        Ok(Some(Self { mesh, values }))
+        Ok(Some(Surface { mesh: *mesh, values }))
     }
+}
 
+impl Surface {
     /// A map of the photo's size, row by row.
     pub fn dense(&self, (w, h): (usize, usize)) -> Result<Vec<f32>> {
         let mut out = Vec::new();
