@@ -2,7 +2,7 @@
 
 use super::interpolation::{Kernel, Sample, Scattered};
 use crate::geometry::{DepthSample, Estimate, EstimateOptions, Match, two_view_geometry};
-use crate::observer::Observer;
+use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Result};
@@ -60,8 +60,8 @@ pub fn two_view(
             reference: zero(reference)?,
         });
     };
-    let (target, forward) = dense(&samples[0], target, observer)?;
-    let (reference, reverse) = dense(&samples[1], reference, observer)?;
+    let (target, forward) = dense(&samples[0], target, &mut Portion::new(observer, 0.1, 0.55))?;
+    let (reference, reverse) = dense(&samples[1], reference, &mut Portion::new(observer, 0.55, 1.0))?;
     Ok(TwoView { geometry: estimate, target, reference, spread: [forward, reverse] })
 }
 
@@ -82,12 +82,13 @@ fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer
     // From coarse to fine: what is near goes through what the wide map has left.
     let mut wide = None;
     if spread < FORETOLD * diagonal(size) {
-        let map = Scattered::new(&samples, WIDE, size, Some(image)).dense(observer)?;
+        let map = Scattered::new(&samples, WIDE, size, Some(image)).dense(&mut Portion::new(observer, 0.0, 0.5))?;
         samples.iter_mut().for_each(|s| s.value -= map.sample(s.point[0], s.point[1]));
         scattered = Scattered::new(&samples, NEAR, size, Some(image));
         wide = Some(map);
     }
-    let mut sum = scattered.dense(observer)?.into_values();
+    let mut sum =
+        scattered.dense(&mut Portion::new(observer, if wide.is_some() { 0.5 } else { 0.0 }, 1.0))?.into_values();
     if let Some(wide) = wide {
         sum.iter_mut().zip(wide.data()).for_each(|(sum, v)| *sum += v);
     }
