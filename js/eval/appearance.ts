@@ -1,9 +1,11 @@
-import { core } from "../core.js";
 import type { ImageInput, Mask, StitchResult } from "../index.js";
+import { instance } from "../instance.js";
 import { compiler } from "../load.js";
 import type { Values } from "./measures.js";
+import * as glue from "./wasm/evaluation.js";
 
-const compile = compiler(new URL("../wasm/depthstitch_bg.wasm", import.meta.url));
+const evaluation = instance(glue);
+const compile = compiler(new URL("./wasm/evaluation_bg.wasm", import.meta.url));
 
 type Look = Pick<
   Values,
@@ -24,8 +26,8 @@ export async function appearance(
   reference: ImageInput,
   result: StitchResult,
 ): Promise<Look> {
-  await core.start(await compile());
-  const seen = core.call((raw) => raw.appearance(target, reference, result));
+  await evaluation.start(await compile());
+  const seen = evaluation.call((raw) => raw.appearance(target, reference, result));
   return {
     border_voids: seen.borderVoids,
     overlap_voids: seen.overlapVoids,

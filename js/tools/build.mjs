@@ -1,4 +1,4 @@
-// Builds dist/: the two wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
+// Builds dist/: the wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
 import { createHash } from "node:crypto";
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { homedir } from "node:os";
@@ -7,6 +7,7 @@ import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from
 
 const dist = join(root, "dist");
 const wasmDir = join(dist, "wasm");
+const evaluationDir = join(dist, "eval", "wasm");
 
 // Features of all browsers with WebAssembly SIMD; rustc enables the same set.
 const wasmFeatures = [
@@ -23,6 +24,7 @@ const wasmFeatures = [
 /**
  * @typedef {object} WasmModule
  * @property {string} name of the output files
+ * @property {string} folder of the output files
  * @property {string} feature of the crate, whose bindings it holds
  * @property {string[]} opt wasm-opt's passes; speed was seen to by LLVM
  */
@@ -31,6 +33,7 @@ const wasmFeatures = [
 const modules = [
   {
     name: "depthstitch",
+    folder: wasmDir,
     feature: "wasm-core",
     opt: [
       "-Oz",
@@ -47,7 +50,14 @@ const modules = [
   },
   {
     name: "codecs",
+    folder: wasmDir,
     feature: "wasm-codecs",
+    opt: ["-Oz"],
+  },
+  {
+    name: "evaluation",
+    folder: evaluationDir,
+    feature: "wasm-evaluation",
     opt: ["-Oz"],
   },
 ];
@@ -132,16 +142,16 @@ function unlessFresh(name, inputs, outputs, make) {
 }
 
 /** @param {WasmModule} module */
-function buildWasm({ name, feature, opt }) {
+function buildWasm({ name, folder, feature, opt }) {
   const target = "wasm32-unknown-unknown";
   const what = ["--profile", "wasm", "--lib", "--target", target, "--features", feature];
   run("cargo", ["build", ...what], { env: wasmEnv });
   const built = join(root, "target", target, "wasm", "depthstitch.wasm");
-  const final = join(wasmDir, `${name}_bg.wasm`);
-  const outputs = [final, join(wasmDir, `${name}.js`), join(wasmDir, `${name}.d.ts`)];
+  const final = join(folder, `${name}_bg.wasm`);
+  const outputs = [final, join(folder, `${name}.js`), join(folder, `${name}.d.ts`)];
   const inputs = [readFileSync(built), bindgenVersion(), readFileSync(new URL(import.meta.url))];
   unlessFresh(`${name}.sha256`, inputs, outputs, () => {
-    run(bin("wasm-bindgen"), [built, "--out-dir", wasmDir, "--out-name", name, ...flags]);
+    run(bin("wasm-bindgen"), [built, "--out-dir", folder, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);
     const text = join(root, "target", `${name}.wat`);
     cpSync(final, raw);
@@ -157,7 +167,7 @@ function buildWasm({ name, feature, opt }) {
       ]);
     // Names are needed to shorten imports, and stripped afterwards. The second time it still finds something.
     wasmOpt(raw, text, [...opt, "--debuginfo", "--emit-text"]);
-    shortenImports(text, join(wasmDir, `${name}.js`));
+    shortenImports(text, join(folder, `${name}.js`));
     wasmOpt(text, final, [...opt, "--strip-debug"]);
   });
 }

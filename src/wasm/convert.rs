@@ -112,11 +112,13 @@ pub(crate) fn bytes_from_js(name: &'static str, value: &JsValue) -> Result<Vec<u
 }
 
 /// `{ data: Uint8ClampedArray, width, height }`, owned by JavaScript.
+#[cfg(any(feature = "wasm-core", feature = "wasm-codecs"))]
 pub(crate) fn image_to_js(data: &[u8], width: usize, height: usize) -> JsValue {
     sized(Uint8ClampedArray::from(data).into(), width, height)
 }
 
 /// `{ data, width, height }`.
+#[cfg(any(feature = "wasm-core", feature = "wasm-codecs"))]
 pub(crate) fn sized(data: JsValue, width: usize, height: usize) -> JsValue {
     let object = Object::new().into();
     put(&object, "data", data);

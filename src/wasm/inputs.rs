@@ -1,14 +1,12 @@
-//! Photos, depth maps, matches and models from JavaScript.
+//! Photos, depth maps, models and canvases from JavaScript.
 
 use js_sys::{Float32Array, Float64Array, Uint8Array, Uint16Array};
 use nalgebra::{Matrix3, Vector3};
 use wasm_bindgen::{JsCast, JsValue};
 
 use super::convert::{get, image_from_js, invalid, mask_from_js, size_from_js, whole};
-use crate::features::{Features, Keypoint};
-use crate::geometry::{Match, Model};
-use crate::image::{DepthKind, check_len, reserve, zeroed};
-use crate::mosaic::Mosaic;
+use crate::geometry::Model;
+use crate::image::{DepthKind, check_len, zeroed};
 use crate::warp::Warped;
 use crate::{Error, Image, InverseDepth, Mask, Result};
 
@@ -55,59 +53,17 @@ pub(super) fn depth(name: &'static str, value: &JsValue, size: (usize, usize)) -
     InverseDepth::new(name, &floats(data)?, (width, height), kind, invalid, size).map(Some)
 }
 
-fn floats(array: &Float32Array) -> Result<Vec<f32>> {
+/// An owned copy.
+pub(super) fn floats(array: &Float32Array) -> Result<Vec<f32>> {
     let mut floats = zeroed(array.length() as usize)?;
     array.copy_to(&mut floats);
     Ok(floats)
 }
 
-fn check_length(name: &'static str, actual: u32, expected: usize) -> Result<()> {
+/// Refuses an array of another length.
+pub(super) fn check_length(name: &'static str, actual: u32, expected: usize) -> Result<()> {
     let (expected, actual) = (expected as u64, u64::from(actual));
     if actual == expected { Ok(()) } else { Err(Error::SizeMismatch { name, expected, actual }.into()) }
-}
-
-/// A `Features`.
-pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> {
-    let size = size_from_js(name, value)?;
-    let (keypoints, descriptors) = (get(value, "keypoints"), get(value, "descriptors"));
-    let (Some(keypoints), Some(descriptors)) =
-        (keypoints.dyn_ref::<Float32Array>(), descriptors.dyn_ref::<Uint8Array>())
-    else {
-        return Err(invalid(name, "an object whose keypoints are a Float32Array and descriptors a Uint8Array", value));
-    };
-    let count = descriptors.length() as usize / 128;
-    check_length(name, descriptors.length(), 128 * count)?;
-    check_length(name, keypoints.length(), 5 * count)?;
-    let numbers = floats(keypoints)?;
-    let mut descriptor_bytes: Vec<[u8; 128]> = zeroed(count)?;
-    descriptors.copy_to(descriptor_bytes.as_flattened_mut());
-    let keypoint = |&[x, y, scale, angle, response]: &[f32; 5]| Keypoint { x, y, scale, angle, response };
-    Ok(Features {
-        keypoints: numbers.as_chunks().0.iter().map(keypoint).collect(),
-        descriptors: descriptor_bytes,
-        size,
-    })
-}
-
-/// Matches from a `Float32Array` of xt, yt, xr, yr.
-pub(super) fn matches(value: &JsValue) -> Result<Vec<Match>> {
-    let name = "matches";
-    let Some(array) = value.dyn_ref::<Float32Array>() else {
-        return Err(invalid(name, "a Float32Array of xt, yt, xr, yr", value));
-    };
-    check_length(name, array.length(), array.length() as usize / 4 * 4)?;
-    let flat = floats(array)?;
-    let mut out = Vec::new();
-    reserve(&mut out, flat.len() / 4)?;
-    for &[xt, yt, xr, yr] in flat.as_chunks().0 {
-        out.push(Match { target: [xt.into(), yt.into()], reference: [xr.into(), yr.into()] });
-    }
-    Ok(out)
-}
-
-/// The matches among the inputs, where there are any.
-pub(super) fn optional_matches(inputs: &JsValue) -> Result<Option<Vec<Match>>> {
-    Some(get(inputs, "matches")).filter(is_given).map(|given| matches(&given)).transpose()
 }
 
 /// A `Model`.
@@ -125,23 +81,6 @@ pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
     numbers("h", &mut h)?;
     numbers("e", &mut e)?;
     Ok(Model { h: Matrix3::from_row_slice(&h), e: Vector3::from(e) })
-}
-
-/// A `Mosaic`, as far as it is looked at.
-pub(super) fn mosaic(value: &JsValue) -> Result<Mosaic> {
-    Ok(Mosaic {
-        image: image("mosaic", &get(value, "mosaic"))?,
-        voids: mask("voidMask", &get(value, "voidMask"))?,
-        seam: mask("seam", &get(value, "seam"))?,
-        gains: [1.0; 3],
-    })
-}
-
-/// Gains of red, green and blue; 1 where none are given.
-pub(super) fn gains(value: &JsValue) -> Result<[f64; 3]> {
-    let Some(array) = value.dyn_ref::<js_sys::Array>() else { return Ok([1.0; 3]) };
-    check_length("gains", array.length(), 3)?;
-    Ok([0, 1, 2].map(|c| array.get(c).as_f64().unwrap_or(f64::NAN)))
 }
 
 /// A `Warped`.

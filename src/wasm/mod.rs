@@ -3,9 +3,10 @@
 //! | file | what it holds | in TypeScript |
 //! |---|---|---|
 //! | `stages.rs` | the exported functions | `js/index.ts`, by way of `js/core.ts` |
-//! | `codecs.rs` | the second module: PNG and JPEG | `js/codecs.ts` |
+//! | `codecs.rs` | the codecs' module: PNG and JPEG | `js/codecs.ts` |
+//! | `evaluation.rs` | the evaluation's module: what a person sees of a mosaic | `js/eval/appearance.ts` |
 //! | `signatures.rs` | names of the types in their declarations | `types.d.ts` |
-//! | `photos.rs`, `inputs.rs` | arguments, checked against the sizes that go with them | `js/check.ts` |
+//! | `photos.rs`, `inputs.rs`, `matches.rs` | arguments, checked against the sizes that go with them | `js/check.ts` |
 //! | `options.rs`, `specs.rs` | options; their ranges are generated | `js/options.ts` |
 //! | `results.rs` | what goes back | `types.d.ts` |
 //! | `observer.rs`, `convert.rs` | progress and cancelling; fields of objects | |
@@ -15,8 +16,13 @@ mod convert;
 #[cfg(feature = "wasm-codecs")]
 mod codecs;
 
-#[cfg(feature = "wasm-core")]
+#[cfg(feature = "wasm-evaluation")]
+mod evaluation;
+
+#[cfg(any(feature = "wasm-core", feature = "wasm-evaluation"))]
 mod inputs;
+#[cfg(feature = "wasm-core")]
+mod matches;
 #[cfg(feature = "wasm-core")]
 mod observer;
 #[cfg(feature = "wasm-core")]
@@ -36,6 +42,11 @@ mod stages;
 #[global_allocator]
 static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_allocator();
 
-/// The public types, part of the declarations of either module.
+/// The public types, part of the declarations of every module.
 #[wasm_bindgen::prelude::wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = include_str!("types.d.ts");
+
+#[wasm_bindgen::prelude::wasm_bindgen(start)]
+fn start() {
+    console_error_panic_hook::set_once();
+}

@@ -9,7 +9,7 @@ use super::convert::{image_to_js, put, sized};
 use crate::features::{Features, Keypoint, Pair};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::image::marked;
-use crate::metrics::{Appearance, Quality};
+use crate::metrics::Quality;
 use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::Warped;
@@ -109,26 +109,6 @@ pub(super) fn quality(quality: &Quality) -> JsValue {
         ("ssimMask", quality.ssim_mask),
         ("coverage", quality.coverage),
     ])
-}
-
-pub(super) fn appearance(seen: &Appearance) -> JsValue {
-    let lines = &seen.broken_lines;
-    let object = Object::new().into();
-    for (name, value) in [
-        ("borderVoids", Some(seen.voids.border)),
-        ("overlapVoids", Some(seen.voids.overlap)),
-        ("seamOnBorder", seen.seam.on_border),
-        ("seamLength", Some(seen.seam.length)),
-        ("visibleSteps", seen.visible_steps),
-        ("brokenInside", lines.inside.share()),
-        ("brokenAcross", lines.across.share()),
-        ("brokenOutside", lines.outside.share()),
-        ("bending", seen.bending),
-    ] {
-        // Null where there is too little to judge.
-        put(&object, name, value.map_or(JsValue::NULL, JsValue::from));
-    }
-    object
 }
 
 pub(super) fn times(times: &[(Stage, f64)]) -> JsValue {

@@ -64,9 +64,6 @@ extern "C" {
     /// `Quality`.
     #[wasm_bindgen(typescript_type = "Quality")]
     pub type QualityObject;
-    /// `Appearance`.
-    #[wasm_bindgen(typescript_type = "Appearance")]
-    pub type AppearanceObject;
     /// `StitchResult`.
     #[wasm_bindgen(typescript_type = "StitchResult")]
     pub type StitchResult;

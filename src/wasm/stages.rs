@@ -7,18 +7,13 @@ use super::convert::{get, put, size_from_js};
 use super::observer::JsObserver;
 use super::photos::{Photos, single_photo};
 use super::signatures::*;
-use super::{inputs, options, results};
+use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
 use crate::pipeline::{self, Job, Memory, check_inputs};
 use crate::warp::WarpOptions;
 use crate::{Result, Stage};
 use crate::{features, metrics, mosaic, warp};
-
-#[wasm_bindgen(start)]
-fn start() {
-    console_error_panic_hook::set_once();
-}
 
 /// The package's version.
 #[wasm_bindgen]
@@ -55,7 +50,7 @@ pub fn stitch(
         options.output_depth = get(inputs, "outputDepth").is_truthy();
         let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
         let photos = Photos::read(target, reference, inputs, &check)?;
-        let matches = inputs::optional_matches(inputs)?;
+        let matches = matches::optional(inputs)?;
         let input_time = observer.now() - start;
         let done = pipeline::stitch(matches.as_deref(), photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
@@ -102,7 +97,7 @@ pub fn match_features(
 ) -> std::result::Result<MatchesObject, JsValue> {
     observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?.features.matching;
-        let (target, reference) = (inputs::features("target", target)?, inputs::features("reference", reference)?);
+        let (target, reference) = (matches::features("target", target)?, matches::features("reference", reference)?);
         let pairs = features::match_features(&target, &reference, &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_matches(&result, &features::matches_of(&target, &reference, &pairs), &pairs);
@@ -147,7 +142,7 @@ pub fn estimate(
         let target_size = size_from_js("targetSize", &get(inputs, "targetSize"))?;
         let reference_size = size_from_js("referenceSize", &get(inputs, "referenceSize"))?;
         check_inputs([target_size, reference_size], options.warp.max_bytes)?;
-        let matches = inputs::matches(&get(inputs, "matches"))?;
+        let matches = matches::required(&get(inputs, "matches"))?;
         let target_depth = inputs::depth("targetDepth", &get(inputs, "targetDepth"), target_size)?;
         let reference_depth = inputs::depth("referenceDepth", &get(inputs, "referenceDepth"), reference_size)?;
         let geometry = geometry::estimate(
@@ -176,7 +171,7 @@ pub fn align(
     observed(Stage::Input, on_progress, &mut |observer| {
         let options = options::from_js(options)?;
         let photos = Photos::read(target, reference, inputs, &|job| Memory::of(job, &options).check((0, 0)))?;
-        let given = inputs::optional_matches(inputs)?;
+        let given = matches::optional(inputs)?;
         let alignment = pipeline::align(given.as_deref(), photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
@@ -269,27 +264,16 @@ pub fn measure(
         observer.progress(Stage::Measure, 0.0);
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
-        Ok(results::quality(&metrics::quality(&warped, reference.view(), inputs::gains(gains)?)?))
+        Ok(results::quality(&metrics::quality(&warped, reference.view(), gains_from_js(gains)?)?))
     })
     .map(JsCast::unchecked_into)
 }
 
-/// What a person sees of a mosaic.
-#[wasm_bindgen]
-pub fn appearance(
-    target: &ImageInput,
-    reference: &ImageInput,
-    result: &StitchResult,
-) -> std::result::Result<AppearanceObject, JsValue> {
-    observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
-        observer.progress(Stage::Measure, 0.0);
-        let photos = Photos::read(target, reference, result, &|_| Ok(()))?;
-        let forward = inputs::model("forward", &get(result, "forward"))?;
-        let (warped, mosaic) = (inputs::warped(result)?, inputs::mosaic(result)?);
-        let (target, reference) = (photos.target(), photos.reference().image);
-        Ok(results::appearance(&metrics::appearance(target, reference, &forward, &warped, &mosaic)?))
-    })
-    .map(JsCast::unchecked_into)
+/// Gains of red, green and blue; 1 where none are given.
+fn gains_from_js(value: &JsValue) -> Result<[f64; 3]> {
+    let Some(array) = value.dyn_ref::<js_sys::Array>() else { return Ok([1.0; 3]) };
+    inputs::check_length("gains", array.length(), 3)?;
+    Ok([0, 1, 2].map(|c| array.get(c).as_f64().unwrap_or(f64::NAN)))
 }
 
 /// Runs `f`, which starts with `stage`, and turns its error into a JavaScript one that names the stage it came from.

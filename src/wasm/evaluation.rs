@@ -1,0 +1,62 @@
+//! The exports of the evaluation's module, which is no part of the package. Every error is of stage `measure`.
+
+use js_sys::Object;
+use wasm_bindgen::prelude::*;
+
+use super::convert::{get, put, to_js_error};
+use super::inputs;
+use crate::metrics::{self, Appearance};
+use crate::mosaic::Mosaic;
+use crate::{Result, Stage, View};
+
+#[wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = include_str!("evaluation.d.ts");
+
+/// What a person sees of a mosaic.
+#[wasm_bindgen(unchecked_return_type = "Appearance")]
+pub fn appearance(
+    #[wasm_bindgen(unchecked_param_type = "ImageInput")] target: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "ImageInput")] reference: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "StitchResult")] result: &JsValue,
+) -> std::result::Result<JsValue, JsValue> {
+    measured(target, reference, result).map_err(|error| to_js_error(&error, Stage::Measure.name()))
+}
+
+fn measured(target: &JsValue, reference: &JsValue, result: &JsValue) -> Result<JsValue> {
+    let (target, reference) = (inputs::image("target", target)?, inputs::image("reference", reference)?);
+    let depth = inputs::depth("targetDepth", &get(result, "targetDepth"), (target.width(), target.height()))?;
+    let forward = inputs::model("forward", &get(result, "forward"))?;
+    let (warped, mosaic) = (inputs::warped(result)?, mosaic(result)?);
+    let target = View { image: target.view(), depth: depth.as_ref() };
+    Ok(to_js(&metrics::appearance(target, reference.view(), &forward, &warped, &mosaic)?))
+}
+
+/// A `Mosaic`, as far as it is looked at.
+fn mosaic(value: &JsValue) -> Result<Mosaic> {
+    Ok(Mosaic {
+        image: inputs::image("mosaic", &get(value, "mosaic"))?,
+        voids: inputs::mask("voidMask", &get(value, "voidMask"))?,
+        seam: inputs::mask("seam", &get(value, "seam"))?,
+        gains: [1.0; 3],
+    })
+}
+
+fn to_js(seen: &Appearance) -> JsValue {
+    let lines = &seen.broken_lines;
+    let object = Object::new().into();
+    for (name, value) in [
+        ("borderVoids", Some(seen.voids.border)),
+        ("overlapVoids", Some(seen.voids.overlap)),
+        ("seamOnBorder", seen.seam.on_border),
+        ("seamLength", Some(seen.seam.length)),
+        ("visibleSteps", seen.visible_steps),
+        ("brokenInside", lines.inside.share()),
+        ("brokenAcross", lines.across.share()),
+        ("brokenOutside", lines.outside.share()),
+        ("bending", seen.bending),
+    ] {
+        // Null where there is too little to judge.
+        put(&object, name, value.map_or(JsValue::NULL, JsValue::from));
+    }
+    object
+}
