@@ -32,7 +32,7 @@ fn main() {
 fn run(folder: &Path, out: &Path, runs: usize) {
     let case = cases::load(folder);
     let (target, reference) = (case.target(), case.reference());
-    let frame = |view: &View<'_>| (view.image.width(), view.image.height());
+    let frame = |view: &View<'_>| view.image.size();
     let [from, to] = [target, reference].map(|view| Frame { size: frame(&view), depth: view.depth });
     let options = Options::default();
     let geometry = estimate(&case.matches, from, to, &options.estimate, &mut ()).expect("a geometry");

@@ -52,7 +52,7 @@ mod native {
 
     fn stages(group: &mut BenchmarkGroup<'_, WallTime>, matches: &[Match], target: View<'_>, reference: View<'_>) {
         let options = Options::default();
-        let frame = |view: &View<'_>| (view.image.width(), view.image.height());
+        let frame = |view: &View<'_>| view.image.size();
         let [from, to] = [target, reference].map(|view| Frame { size: frame(&view), depth: view.depth });
         let pixels = from.size.0 * from.size.1;
         group.sample_size(20).throughput(Throughput::Elements(pixels as u64));

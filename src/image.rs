@@ -31,6 +31,10 @@ impl<'a> ImageView<'a> {
     pub fn pixels(&self) -> &'a [[u8; 4]] {
         self.data.as_chunks().0
     }
+    /// Width and height in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
     /// Width in pixels.
     pub fn width(&self) -> usize {
         self.width
@@ -106,6 +110,10 @@ impl Image {
     pub fn pixels_mut(&mut self) -> &mut [[u8; 4]] {
         self.data.as_chunks_mut().0
     }
+    /// Width and height in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
     /// Width in pixels.
     pub fn width(&self) -> usize {
         self.width
@@ -164,6 +172,10 @@ impl Mask {
     /// Bytes row by row.
     pub fn into_data(self) -> Vec<u8> {
         self.data
+    }
+    /// Width and height in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
     }
     /// Width in pixels.
     pub fn width(&self) -> usize {
@@ -272,6 +284,10 @@ impl InverseDepth {
     /// Values row by row, NaN for holes.
     pub fn data(&self) -> &[f32] {
         &self.data
+    }
+    /// Width and height in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
     }
     /// Width in pixels.
     pub fn width(&self) -> usize {

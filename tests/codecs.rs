@@ -115,7 +115,7 @@ fn jpeg_comes_back_close_and_opaque() {
         pixel[3] = 255;
     }
     let back = decode_image(&encode_jpeg(image.view(), 95).unwrap(), NO_LIMIT).unwrap();
-    assert_eq!((back.width(), back.height()), (64, 48));
+    assert_eq!(back.size(), (64, 48));
     let worst = image.data().iter().zip(back.data()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
     assert!(worst <= 12, "worst difference {worst}");
     assert!(back.data().chunks_exact(4).all(|p| p[3] == 255));
@@ -162,7 +162,7 @@ fn exif_orientation_turns_pictures_upright() {
         let file = with_orientation(&jpeg, orientation, orientation % 2 == 0);
         let image = decode_image(&file, NO_LIMIT).unwrap();
         let size = if orientation < 5 { (32, 16) } else { (16, 32) };
-        assert_eq!((image.width(), image.height()), size, "orientation {orientation}");
+        assert_eq!(image.size(), size, "orientation {orientation}");
         let depth = decode_depth(&file, NO_LIMIT).unwrap();
         let Samples::Eight(depth) = depth.samples else { panic!("8 bit stay 8 bit") };
         let (right, bottom) = (size.0 - 1, size.1 - 1);
@@ -174,7 +174,7 @@ fn exif_orientation_turns_pictures_upright() {
     }
     // An orientation that does not exist is none.
     let image = decode_image(&with_orientation(&jpeg, 9, false), NO_LIMIT).unwrap();
-    assert_eq!((image.width(), image.height()), (32, 16));
+    assert_eq!(image.size(), (32, 16));
 }
 
 #[test]

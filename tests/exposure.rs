@@ -81,7 +81,7 @@ impl<'a> Staged<'a> {
         let mut camera: Camera = self.pair.reference.camera;
         camera.k[(0, 2)] += left as f64;
         camera.k[(1, 2)] += top as f64;
-        let (width, height) = (warped.image.width(), warped.image.height());
+        let (width, height) = warped.image.size();
         Image::new(scene.view(camera, width, height, true).rgba, width, height).unwrap()
     }
 }

@@ -47,7 +47,7 @@ fn the_warped_depth_is_that_of_the_reference() {
     for mode in [WarpMode::Forward, WarpMode::Backward, WarpMode::BackwardVoid, WarpMode::Optimal] {
         let warped = warped(&photos, &pair.forward, &pair.reverse, mode);
         let depth = warped.depth.unwrap();
-        assert_eq!((depth.width(), depth.height()), (warped.image.width(), warped.image.height()));
+        assert_eq!(depth.size(), warped.image.size());
         for (d, pixel) in depth.data().iter().zip(warped.image.data().chunks_exact(4)) {
             assert_eq!(d.is_nan(), pixel[3] == 0);
         }

@@ -90,7 +90,7 @@ fn measure(name: &str, matches: Option<&[Match]>, views: [View<'_>; 2], options:
     PEAK.store(before, Relaxed);
     let found = stitch(matches, views[0], views[1], options, &mut peaks).unwrap();
     peaks.close();
-    let canvas = (found.mosaic.image.width(), found.mosaic.image.height());
+    let canvas = found.mosaic.image.size();
     let (stage, predicted) = Memory::of(job, options).peak(canvas);
     let pixels = views[0].image.pixels().len() as f64;
     let bytes = |peak: usize| (peak - before + inputs) as f64 / pixels;

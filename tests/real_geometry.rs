@@ -26,7 +26,7 @@ fn load(name: &str) -> Option<Case> {
 }
 
 fn frame<'a>(view: &View<'a>) -> Frame<'a> {
-    Frame { size: (view.image.width(), view.image.height()), depth: view.depth }
+    Frame { size: view.image.size(), depth: view.depth }
 }
 
 fn fit(case: &Case, options: &EstimateOptions) -> Estimate {

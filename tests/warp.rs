@@ -65,7 +65,7 @@ fn a_whole_shift_moves_pixels_and_extends_the_canvas() {
     let image = picture(30, 20);
     let warped = run(&image, &image, &shift(-8.0, 5.0), &shift(8.0, -5.0), &WarpOptions::default());
     assert_eq!(warped.offset, (8, 0));
-    assert_eq!((warped.image.width(), warped.image.height()), (38, 25));
+    assert_eq!(warped.image.size(), (38, 25));
     for y in 0..25 {
         for x in 0..38 {
             let got = warped.image.view().pixel(x, y);

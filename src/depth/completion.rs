@@ -73,9 +73,9 @@ pub fn complete_reference_depth(
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
-    let (w, h) = (own.width(), own.height());
-    check_size("reliable", (reliable.width(), reliable.height()), (w, h))?;
-    check_size("photo", (photo.width(), photo.height()), (w, h))?;
+    let (w, h) = own.size();
+    check_size("reliable", reliable.size(), (w, h))?;
+    check_size("photo", photo.size(), (w, h))?;
     let mut known = Vec::new();
     reserve(&mut known, w * h)?;
     known.extend(own.data().iter().zip(reliable.data()).map(|(&d, &mark)| if mark != 0 { d } else { f32::NAN }));
@@ -90,7 +90,7 @@ pub fn complete_reference_depth(
         }
     })?;
     let known = InverseDepth::from_values(known, w, h);
-    let other = OtherView { model: models[1], size: (target.width(), target.height()) };
+    let other = OtherView { model: models[1], size: target.size() };
     Ok(KnownDepth::new(known, Some(photo), other, observer)?.completed(options)?.unwrap_or_else(|| own.clone()))
 }
 
@@ -112,12 +112,12 @@ impl<'a> KnownDepth<'a> {
         reliable: Option<&Mask>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let (w, size) = (depth.width(), (depth.width(), depth.height()));
+        let (w, size) = (depth.width(), depth.size());
         if let Some(mask) = reliable {
-            check_size("reliable", (mask.width(), mask.height()), size)?;
+            check_size("reliable", mask.size(), size)?;
         }
         if let Some(photo) = photo {
-            check_size("photo", (photo.width(), photo.height()), size)?;
+            check_size("photo", photo.size(), size)?;
         }
         report(observer, Stage::Depth, 0.0)?;
         let limit = [other.size.0, other.size.1].map(|size| size as f64 - MARGIN);
@@ -170,7 +170,7 @@ impl<'a> KnownDepth<'a> {
 
     /// A whole map; `None` when hardly anything is known.
     pub fn completed(&mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
-        let (size, values) = ((self.depth.width(), self.depth.height()), self.depth.data());
+        let (size, values) = (self.depth.size(), self.depth.data());
         let Some(equations) = &mut self.equations else { return Ok(None) };
         let Some(surface) = equations.solve(&self.other, options.extrapolation)? else { return Ok(None) };
         let mut filled = surface.dense(size)?;

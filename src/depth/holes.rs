@@ -38,7 +38,7 @@ fn has_holes(values: &[f32]) -> bool {
 /// Fills every hole with the value of the nearest known pixel, found by propagating nearest sources in two sweeps
 /// (Danielsson 1980). A map without any value stays as it is.
 fn fill_nearest(depth: &InverseDepth) -> Result<InverseDepth> {
-    let (w, h) = (depth.width(), depth.height());
+    let (w, h) = depth.size();
     let mut source: Vec<u32> = zeroed(w * h)?;
     for (at, (source, value)) in source.iter_mut().zip(depth.data()).enumerate() {
         *source = if value.is_nan() { UNKNOWN } else { at as u32 };

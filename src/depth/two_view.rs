@@ -48,7 +48,7 @@ pub fn two_view(
     options: &EstimateOptions,
     observer: &mut dyn Observer,
 ) -> Result<TwoView> {
-    let size = |image: ImageView<'_>| (image.width(), image.height());
+    let size = |image: ImageView<'_>| image.size();
     let geometry = two_view_geometry(matches, [size(target), size(reference)], options, observer)?;
     let estimate = geometry.estimate;
     let Some(samples) = geometry.samples else {
@@ -73,7 +73,7 @@ fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer
         .iter()
         .map(|m| Sample { point: m.point, value: m.depth, weight: m.parallax * m.parallax / mean })
         .collect();
-    let size = (image.width(), image.height());
+    let size = image.size();
     let mut scattered = Scattered::new(&samples, NEAR, size, Some(image));
     let errors: Vec<f64> =
         ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.parallax).collect();

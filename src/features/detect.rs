@@ -28,7 +28,7 @@ const BATCH: usize = 2048;
 pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn Observer) -> Result<Features> {
     check(options)?;
     report(observer, Stage::Detect, 0.0)?;
-    let full = (image.width(), image.height());
+    let full = image.size();
     let mut features = Features { keypoints: Vec::new(), descriptors: Vec::new(), size: full };
     let size = reduced(full, options.max_size);
     if size.0.min(size.1) < LEAST_SIDE {

@@ -116,7 +116,7 @@ impl MatchGuide<'_> {
         if !self.forward.is_finite() {
             return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
         }
-        self.depth.map_or(Ok(()), |map| check_size("targetDepth", (map.width(), map.height()), target.size))
+        self.depth.map_or(Ok(()), |map| check_size("targetDepth", map.size(), target.size))
     }
 
     /// Where the point at (x, y) can be; `None` behind the camera.

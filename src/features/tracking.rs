@@ -46,9 +46,9 @@ pub fn track(
     matches: &mut Vec<Match>,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let (width, height) = (reference.width(), reference.height());
-    check_size("referenceDepth", (depth.width(), depth.height()), (width, height))?;
-    let photos = [luma(target, (target.width(), target.height()))?, luma(reference, (width, height))?];
+    let (width, height) = reference.size();
+    check_size("referenceDepth", depth.size(), (width, height))?;
+    let photos = [luma(target, target.size())?, luma(reference, (width, height))?];
     let scene = Scene { photos, depth, reverse };
     let step = (((width * height) as f64 / POINTS).sqrt() as usize).max(RADIUS);
     let mut y = RADIUS;

@@ -150,5 +150,5 @@ fn check(options: &EstimateOptions) -> Result<()> {
 }
 
 fn check_depth(name: &'static str, frame: &Frame<'_>) -> Result<()> {
-    frame.depth.map_or(Ok(()), |depth| check_size(name, (depth.width(), depth.height()), frame.size))
+    frame.depth.map_or(Ok(()), |depth| check_size(name, depth.size(), frame.size))
 }

@@ -109,9 +109,7 @@ pub(crate) fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Mod
             return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
         }
         match view.depth {
-            Some(depth) => {
-                check_size(name, (depth.width(), depth.height()), (view.image.width(), view.image.height()))?
-            }
+            Some(depth) => check_size(name, depth.size(), view.image.size())?,
             None if model.has_parallax() => {
                 return Err(Error::InvalidArgument {
                     name,

@@ -47,7 +47,7 @@ pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Re
         return Err(Error::InvalidArgument { name: "gains", expected: "finite numbers above 0", value }.into());
     }
     let table = gain_table(gains)?;
-    let (width, height) = (reference.width(), reference.height());
+    let (width, height) = reference.size();
     let mut target = Image::transparent(width, height)?;
     let stride = warped.image.width();
     // Squared errors of red, green and blue: as they are, and after the gain.
@@ -76,7 +76,7 @@ pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Re
 }
 
 fn measured(target: &Image, offset: (usize, usize), reference: ImageView<'_>) -> Result<Quality> {
-    let (width, height) = (reference.width(), reference.height());
+    let (width, height) = reference.size();
     let whole = Overlap { target, offset, reference, left: 0, top: 0, width, height };
     let row = |y: usize| extent(whole.row(y).0.iter().map(|pixel| pixel[3] != 0));
     let Rect { x, y, width, height } = bounding_box(reference.height(), row).ok_or(Error::NoOverlap { pixels: 0 })?;

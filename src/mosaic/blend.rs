@@ -145,7 +145,7 @@ pub fn blend(
 fn check(warped: &Warped, reference: ImageView<'_>, reliable: Option<&Mask>, options: &BlendOptions) -> Result<()> {
     warped.check_canvas(reference)?;
     if let Some(reliable) = reliable {
-        check_size("reliable", (reliable.width(), reliable.height()), (reference.width(), reference.height()))?;
+        check_size("reliable", reliable.size(), reference.size())?;
     }
     for (name, value, most, expected) in [
         ("feather", options.feather, 1000, "between 0 and 1000 pixels"),

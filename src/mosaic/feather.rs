@@ -14,7 +14,7 @@ pub(super) fn blend(
     ramp: u32,
     span: &mut Span<'_>,
 ) -> Result<()> {
-    let (width, height) = (image.width(), image.height());
+    let (width, height) = image.size();
     let pixels = image.pixels_mut();
     span.row(0, 3)?;
     let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == 1)?;
@@ -26,7 +26,7 @@ pub(super) fn blend(
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
     let share = |distance: u32| ((distance as f32 - STRAIGHT as f32 / 2.0) / half.max(1.0)).min(1.0);
-    let size = (reference.photo.width(), reference.photo.height());
+    let size = reference.photo.size();
     for y in 0..height {
         span.row(y, height)?;
         let Some(photo) = reference.row(y) else { continue };

@@ -39,8 +39,8 @@ impl FillGuide {
         reserve(&mut data, depth.data().len())?;
         data.extend_from_slice(depth.data());
         if let Some(other) = reference.depth {
-            let size = (reference.image.width(), reference.image.height());
-            check_size("referenceDepth", (other.width(), other.height()), size)?;
+            let size = reference.image.size();
+            check_size("referenceDepth", other.size(), size)?;
             let first = warped.offset.1 * width + warped.offset.0;
             let samples = samples(&data[first..], width, other)?;
             if samples.len() >= LEAST {
@@ -68,7 +68,7 @@ impl FillGuide {
 /// The reference's inverse depth and the target's, on a grid of places that both know. `canvas` begins at the
 /// reference's first pixel.
 fn samples(canvas: &[f32], stride: usize, reference: &InverseDepth) -> Result<Vec<[f64; 2]>> {
-    let (width, height) = (reference.width(), reference.height());
+    let (width, height) = reference.size();
     let step = width.max(height).div_ceil(SAMPLES);
     let mut samples = Vec::new();
     reserve(&mut samples, SAMPLES * SAMPLES)?;

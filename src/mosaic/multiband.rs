@@ -68,7 +68,7 @@ pub(super) fn blend(
 
 /// The rectangle within `reach` of any place where the two photos meet.
 fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
-    let (width, height) = (seam.width(), seam.height());
+    let (width, height) = seam.size();
     let meetings = |y: usize| {
         let row = &seam.data()[y * width..(y + 1) * width];
         let below = seam.data().get((y + 1) * width..(y + 2) * width).unwrap_or(row);
@@ -197,7 +197,7 @@ fn finish(
 
 /// The reference where it shows.
 fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, span: &mut Span<'_>) -> Result<()> {
-    let (width, height) = (image.width(), image.height());
+    let (width, height) = image.size();
     let rows = image.pixels_mut().chunks_exact_mut(width).zip(seam.data().chunks_exact(width));
     for (y, (row, shown)) in rows.enumerate() {
         span.row(y, height)?;

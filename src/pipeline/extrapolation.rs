@@ -37,7 +37,7 @@ pub(super) fn complete(
     observer: &mut dyn Observer,
 ) -> Result<Completed> {
     let [forward, reverse] = [&geometry.forward, &geometry.reverse];
-    let sizes = [target, reference].map(|photo| (photo.width(), photo.height()));
+    let sizes = [target, reference].map(|photo| photo.size());
     let [reliable_target, reliable_reference] = &refined.reliable;
     let other = OtherView { model: forward, size: sizes[1] };
     let first = &mut Portion::new(observer, 0.0, 0.5);
@@ -72,7 +72,7 @@ fn best_surface(known: &mut KnownDepth<'_>, reference: OtherView<'_>) -> Result<
     let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
         let surface = known.completed(&CompletionOptions { keep_reliable: false, extrapolation })?;
         Ok(surface.map(|surface| {
-            let size = (surface.width(), surface.height());
+            let size = surface.size();
             let bent = bending(size, reference.model, Some(&surface), reference.size).unwrap_or(0.0);
             (bent, surface)
         }))

@@ -27,7 +27,7 @@ pub struct Job {
 impl Job {
     /// The job of stitching these views.
     pub fn of(views: [View<'_>; 2], matches: bool) -> Self {
-        let photos = views.map(|view| (view.image.width(), view.image.height()));
+        let photos = views.map(|view| view.image.size());
         Self { photos, depth: views.map(|view| view.depth.is_some()), matches }
     }
 }

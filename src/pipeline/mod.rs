@@ -90,7 +90,7 @@ pub fn stitch(
 ) -> Result<Stitched> {
     let views = [target, reference];
     let memory = Memory::of(Job::of(views, matches.is_some()), options);
-    memory.check((reference.image.width(), reference.image.height()))?;
+    memory.check(reference.image.size())?;
     let mut timer = StageTimer::start(observer);
     let alignment = align_timed(matches, views, options, observer, &mut timer)?;
     let warped = warp_aligned(&alignment, views, options, &memory, observer)?;

@@ -166,6 +166,6 @@ impl Alignment<'_> {
 
 impl<'a> View<'a> {
     fn frame(&self) -> Frame<'a> {
-        Frame { size: (self.image.width(), self.image.height()), depth: self.depth }
+        Frame { size: self.image.size(), depth: self.depth }
     }
 }

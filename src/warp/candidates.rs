@@ -124,11 +124,11 @@ pub(super) struct Locator<'a> {
 
 impl<'a> Locator<'a> {
     pub fn new(scene: &Scene<'a>, canvas: &'a Canvas, step: [f64; 2]) -> Self {
-        let size = (scene.target.width(), scene.target.height());
+        let size = scene.target.size();
         let (w, h, place) = (size.0 as f64, size.1 as f64, scene.options.void_distance);
         Self {
             canvas,
-            reference: (scene.reference.width(), scene.reference.height()),
+            reference: scene.reference.size(),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
             step: step.map(|step| f32x4::splat(step as f32)),

@@ -42,7 +42,7 @@ impl Canvas {
     /// The smallest canvas around the reference and all that lies in `bounds`, in reference pixels: smallest and largest
     /// x and y.
     pub fn around([x0, y0, x1, y1]: [f64; 4], reference: &ImageView<'_>) -> Self {
-        let (w, h) = (reference.width(), reference.height());
+        let (w, h) = reference.size();
         let offset = ((-x0.floor()).max(0.0) as usize, (-y0.floor()).max(0.0) as usize);
         let width = x1.ceil().max(w as f64 - 1.0) as usize + offset.0 + 1;
         let height = y1.ceil().max(h as f64 - 1.0) as usize + offset.1 + 1;
@@ -67,7 +67,7 @@ impl Warped {
         check_side("footprint width", image.width(), footprint.width(), footprint.width() == image.width())?;
         check_side("footprint height", image.height(), footprint.height(), footprint.height() == image.height())?;
         if let Some(mask) = &self.confidence {
-            check_size("confidence", (mask.width(), mask.height()), (image.width(), image.height()))?;
+            check_size("confidence", mask.size(), image.size())?;
         }
         let right = self.offset.0.saturating_add(reference.width());
         let bottom = self.offset.1.saturating_add(reference.height());

@@ -9,7 +9,7 @@ const STRIDE: usize = 61;
 /// The mean photometric error over the overlap, by the reverse model: of noise and exposure, and of what is occluded or
 /// misaligned. 0 without overlap.
 pub(super) fn mean(scene: &Scene<'_>) -> f64 {
-    let (width, height) = (scene.target.width(), scene.target.height());
+    let (width, height) = scene.target.size();
     let row = scene.reference.width();
     let (mut sum, mut pixels) = (0.0, f64::MIN_POSITIVE);
     let mut index = 0;

@@ -23,7 +23,7 @@ pub(super) fn splat(
     out: &mut Output<'_>,
 ) -> Result<Vec<f32>> {
     let mut depths = zeroed(depth.filter(|_| out.with_depth).map_or(0, |_| canvas.width * canvas.height))?;
-    let (w, h) = (target.width(), target.height());
+    let (w, h) = target.size();
     for y in 0..h {
         for x in 0..w {
             let d = depth.map_or(0.0, |d| f64::from(d.data()[y * w + x]));

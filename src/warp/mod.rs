@@ -159,7 +159,7 @@ pub(crate) fn warp_within(
     // Without parallax depth plays no part, so neither do its holes.
     let target_depth = holes::resolve(target.depth.filter(|_| forward.has_parallax()), options.holes)?;
     let grid = grid::VertexGrid::map(
-        (target.image.width(), target.image.height()),
+        target.image.size(),
         target_depth.as_deref(),
         forward,
         options.grid,

@@ -19,7 +19,7 @@ const SPECK: usize = 2000;
 pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, reference: &ImageView<'_>) -> Result<()> {
     let (width, cells) = (canvas.width, canvas.width * canvas.height);
     let (left, top) = canvas.offset;
-    let size = (reference.width(), reference.height());
+    let size = reference.size();
     let in_reference = |at: usize| (at % width).wrapping_sub(left) < size.0 && (at / width).wrapping_sub(top) < size.1;
     let (w, h) = (size.0 as f64, size.1 as f64);
     let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;

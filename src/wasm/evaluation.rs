@@ -24,7 +24,7 @@ pub fn appearance(
 
 fn measured(target: &JsValue, reference: &JsValue, result: &JsValue) -> Result<JsValue> {
     let (target, reference) = (inputs::image("target", target)?, inputs::image("reference", reference)?);
-    let depth = inputs::depth("targetDepth", &get(result, "targetDepth"), (target.width(), target.height()))?;
+    let depth = inputs::depth("targetDepth", &get(result, "targetDepth"), target.size())?;
     let forward = inputs::model("forward", &get(result, "forward"))?;
     let (warped, mosaic) = (inputs::warped(result)?, mosaic(result)?);
     let target = View { image: target.view(), depth: depth.as_ref() };

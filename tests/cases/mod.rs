@@ -52,9 +52,8 @@ pub fn load(folder: &Path) -> Case {
     let json: Value = serde_json::from_str(&text).expect("case.json is JSON");
     let file = |key: &str| folder.join(json[key].as_str().unwrap_or_else(|| panic!("case.json has no {key}")));
     let (target, reference) = (photo(&file("target")), photo(&file("reference")));
-    let depth = |key: &str, image: &Image| {
-        json["depth"].is_object().then(|| depth(&file(key), &json["depth"], (image.width(), image.height())))
-    };
+    let depth =
+        |key: &str, image: &Image| json["depth"].is_object().then(|| depth(&file(key), &json["depth"], image.size()));
     Case {
         target_depth: depth("target_depth", &target),
         reference_depth: depth("reference_depth", &reference),

@@ -33,7 +33,7 @@ fn main() {
     let depth = |name: &str, photo: &Image| {
         let kind = if sizes[name]["kind"] == "metric" { DepthKind::Metric } else { DepthKind::Inverse };
         let raw = floats(&read(folder, name));
-        InverseDepth::new("depth", &raw, size(name), kind, None, (photo.width(), photo.height())).expect("a depth map")
+        InverseDepth::new("depth", &raw, size(name), kind, None, photo.size()).expect("a depth map")
     };
     let (target_depth, reference_depth) = (depth("targetDepth", &target), depth("referenceDepth", &reference));
     let matches: Vec<Match> = floats(&read(folder, "matches"))

@@ -88,7 +88,7 @@ pub(super) fn coarse_to_fine(
         sides.iter_mut().try_for_each(Side::upsample_to_full_size)?;
     }
     Ok(sides.map(|side| {
-        let (width, height) = (side.lines.prior.width(), side.lines.prior.height());
+        let (width, height) = side.lines.prior.size();
         let reliable = Mask::from_bytes(side.reliable, width, height);
         Corrected { depth: InverseDepth::from_values(side.depth, width, height), reliable }
     }))

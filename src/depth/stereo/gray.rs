@@ -23,7 +23,7 @@ pub(super) struct Gray {
 impl Gray {
     /// The luma of a photo (ITU-R BT.601).
     pub fn new(image: &ImageView<'_>) -> Result<Self> {
-        let (width, height) = (image.width(), image.height());
+        let (width, height) = image.size();
         let mut rows = image.pixels().chunks_exact(width);
         Self::filled(width, height, |_, out| {
             let row = rows.next().unwrap_or_default();

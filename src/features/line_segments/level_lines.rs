@@ -21,7 +21,7 @@ pub(super) struct LevelLines {
 impl LevelLines {
     /// Of the reduced photo; gradients up to `weak` have no direction.
     pub fn new(image: ImageView<'_>, options: &LineSegmentOptions, weak: f64) -> Result<Self> {
-        let grey = luma(image, (image.width(), image.height()))?;
+        let grey = luma(image, image.size())?;
         let Luma { data, width, height } = reduce(&grey, options.scale, options.sigma_scale)?;
         drop(grey);
         let (mut directions, mut magnitudes) = (zeroed::<[f32; 2]>(width * height)?, zeroed::<f32>(width * height)?);

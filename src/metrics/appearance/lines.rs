@@ -136,6 +136,6 @@ pub(super) fn depth_of<'a>(
         let expected = "given, as the model has parallax";
         return Err(Error::InvalidArgument { name: "targetDepth", expected, value: f64::NAN }.into());
     };
-    check_size("targetDepth", (depth.width(), depth.height()), size)?;
+    check_size("targetDepth", depth.size(), size)?;
     Ok(Some(depth))
 }

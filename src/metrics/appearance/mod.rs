@@ -52,11 +52,11 @@ pub fn appearance(
     mosaic: &Mosaic,
 ) -> Result<Appearance> {
     warped.check_canvas(reference)?;
-    let canvas = (warped.image.width(), warped.image.height());
-    check_size("mosaic", (mosaic.image.width(), mosaic.image.height()), canvas)?;
-    check_size("seam", (mosaic.seam.width(), mosaic.seam.height()), canvas)?;
+    let canvas = warped.image.size();
+    check_size("mosaic", mosaic.image.size(), canvas)?;
+    check_size("seam", mosaic.seam.size(), canvas)?;
     let frame = Rect { x: warped.offset.0, y: warped.offset.1, width: reference.width(), height: reference.height() };
-    let (size, frame_size) = ((target.image.width(), target.image.height()), (frame.width, frame.height));
+    let (size, frame_size) = (target.image.size(), (frame.width, frame.height));
     let depth = lines::depth_of(forward, target.depth, size)?;
     let segments = line_segments(target.image, &LineSegmentOptions::default())?;
     Ok(Appearance {

@@ -26,7 +26,7 @@ pub struct SeamShape {
 
 /// Of the labels `seam` (1 where the target shows, 2 the reference) on a canvas with the reference at `frame`.
 pub fn seam_shape(warped: &Warped, seam: &Mask, frame: Rect) -> SeamShape {
-    let (width, height) = (seam.width(), seam.height());
+    let (width, height) = seam.size();
     let (mut length, mut on_border, mut overlap) = (0, 0, 0);
     for (i, &label) in seam.data().iter().enumerate() {
         let (x, y) = (i % width, i / width);

@@ -20,7 +20,7 @@ const FEW: usize = 20;
 /// 2 the reference. Both have the same size. `None` when no more than 20 places can be judged.
 pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> Option<f64> {
     let lab = Lab::new();
-    let (width, height) = (seam.width(), seam.height());
+    let (width, height) = seam.size();
     let pixels = mosaic.pixels();
     let (mut judged, mut visible) = (0, 0);
     for (lines, length, step, next) in [(height, width, 1, width), (width, height, width, 1)] {

@@ -19,7 +19,7 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
             *scaled = (bent * (STEPS - 1) as f64) as f32;
         }
     }
-    let (width, height) = (image.width(), image.height());
+    let (width, height) = image.size();
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
     for (y, pixels) in image.pixels_mut().chunks_exact_mut(width).enumerate() {

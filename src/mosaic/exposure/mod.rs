@@ -38,7 +38,7 @@ pub(super) fn adjust(
     }
     let linear = linear_light();
     let samples = samples::collect(image, reference, &linear, &mut span.part(0.0, 0.5))?;
-    let Some(response) = fit::fit(&samples, (image.width(), image.height()), exposure == Exposure::Field)? else {
+    let Some(response) = fit::fit(&samples, image.size(), exposure == Exposure::Field)? else {
         return Ok([1.0; 3]);
     };
     apply::apply(image, &response, &linear, &mut span.part(0.5, 1.0))?;

@@ -37,7 +37,7 @@ pub(super) fn collect(
     linear: &[f32; 256],
     span: &mut Span<'_>,
 ) -> Result<Vec<Sample>> {
-    let (width, height) = (reference.photo.width(), reference.photo.height());
+    let (width, height) = reference.photo.size();
     let side = width.max(height).div_ceil(CELLS).max(4);
     let stride = (side / TAPS).max(1);
     let columns = width.div_ceil(side);

@@ -76,7 +76,7 @@ pub fn fill(
         let inside = |x, y| clusters.find(&parts, cluster, x, y).is_some();
         if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
             // There is no piece that could be copied.
-            let (columns, rows) = cluster.bounds.grown(0, (image.width(), image.height())).ranges();
+            let (columns, rows) = cluster.bounds.grown(0, image.size()).ranges();
             for y in rows {
                 for x in columns.clone() {
                     if let Some(at) = clusters.find(&parts, cluster, x, y) {
@@ -121,7 +121,7 @@ fn check(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillO
         }
     }
     if let Some(FillGuide { depth, .. }) = guide {
-        check_size("guide", (depth.width(), depth.height()), (image.width(), image.height()))?;
+        check_size("guide", depth.size(), image.size())?;
     }
     if !(1..=64).contains(&options.radius) {
         let value = f64::from(options.radius);

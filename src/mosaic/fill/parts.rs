@@ -40,7 +40,7 @@ pub(super) struct Parts {
 impl Parts {
     /// Of the voids inside of `bounds`.
     pub fn of(image: &Image, voids: &Mask, bounds: Rect, options: &FillOptions) -> Result<Self> {
-        let size = (image.width(), image.height());
+        let size = image.size();
         let pixels = image.pixels();
         let mut widest = NARROW;
         if options.method == FillMethod::Exemplar {

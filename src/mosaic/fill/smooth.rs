@@ -155,7 +155,7 @@ struct Transport<'a> {
 
 impl<'a> Transport<'a> {
     fn new(image: &'a Image, unknown: &'a Mask, bounds: Rect, radius: usize) -> Result<Self> {
-        let window = bounds.grown(radius, (image.width(), image.height()));
+        let window = bounds.grown(radius, image.size());
         let cells = Cells { window, padding: radius, stride: window.width + radius };
         let disc = Disc::new(radius, cells.stride)?;
         let mut numbers = zeroed((window.height + 2 * radius + 1) * cells.stride)?;
@@ -171,7 +171,7 @@ impl<'a> Transport<'a> {
     /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
     #[inline(always)]
     fn valid(&self, x: usize, y: usize) -> Option<f32x4> {
-        let (width, height) = (self.image.width(), self.image.height());
+        let (width, height) = self.image.size();
         if x >= width || y >= height || self.unknown.data()[y * width + x] != 0 {
             return None;
         }

@@ -37,7 +37,7 @@ pub(super) fn finest(
     let free = seam.data().iter().filter(|&&side| side == BOTH).count();
     // Two cells of the coarsest grid around what is to be decided: the cut is between what lies there.
     let margin = 2 << (free / COARSEST).max(1).ilog2().div_ceil(2);
-    let size = (seam.width(), seam.height());
+    let size = seam.size();
     let overlap =
         |y: usize| extent(seam.data()[y * seam.width()..(y + 1) * seam.width()].iter().map(|&side| side == BOTH));
     let Some(overlap) = bounding_box(size.1, overlap) else { return Ok(None) };

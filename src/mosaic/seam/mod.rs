@@ -40,9 +40,9 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
 
 /// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
-    let (width, height) = (image.width(), image.height());
+    let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
-    let size = (reference.photo.width(), reference.photo.height());
+    let size = reference.photo.size();
     for (i, side) in seam.data_mut().iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);

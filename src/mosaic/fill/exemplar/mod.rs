@@ -61,7 +61,7 @@ pub(super) fn fill(
     progress: &mut Progress<'_>,
 ) -> Result<bool> {
     let reach = REACH.0 * cluster.deepest + REACH.1;
-    let window = cluster.bounds.grown(reach as usize, (image.width(), image.height()));
+    let window = cluster.bounds.grown(reach as usize, image.size());
     let mut finest = base(image, voids, inside, guide, window)?;
     background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
     let mut levels = Vec::new();
