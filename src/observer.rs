@@ -23,6 +23,14 @@ pub fn report(observer: &mut dyn Observer, stage: Stage, fraction: f32) -> Resul
     if observer.progress(stage, fraction) { Ok(()) } else { Err(Error::Aborted.into()) }
 }
 
+/// Rows between two reports of [`report_row`].
+const ROWS: usize = 64;
+
+/// Reports now and then that `done` of `all` rows are done.
+pub(crate) fn report_row(observer: &mut dyn Observer, stage: Stage, done: usize, all: usize) -> Result<()> {
+    if done.is_multiple_of(ROWS) { report(observer, stage, done as f32 / all.max(1) as f32) } else { Ok(()) }
+}
+
 /// A stage made of several steps: each step reports 0 to 1, and the observer hears one fraction that only grows.
 pub struct Portion<'a> {
     observer: &'a mut dyn Observer,

@@ -2,10 +2,9 @@
 
 use super::average::{average, opaque_or_empty};
 use super::canvas::Placed;
-use super::span::Span;
 use super::{exposure, feather, multiband, seam};
 use crate::image::{check_size, reserve};
-use crate::observer::{Observer, report};
+use crate::observer::{Observer, Portion, report};
 use crate::warp::Warped;
 use crate::{Error, Image, ImageView, Mask, Result, Stage};
 
@@ -118,20 +117,19 @@ pub fn blend(
     let mut image = Image::from_bytes(data, width, height);
     let mut seam = seam::sides(&image, &placed)?;
 
-    let mut span = Span { observer, from: 0.0, to: 1.0 };
     let doubt = seam::Doubt { reliable, confidence: warped.confidence.as_ref() };
-    let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut span.part(0.0, 0.25))?;
+    let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
     if options.blending == Blending::Average {
         average(&mut image, &placed);
     } else {
         match options.seam {
             Seam::Off => seam::middle(&image, &placed, &mut seam)?,
-            Seam::Cut => seam::cut(&image, &placed, &doubt, &mut seam, &mut span.part(0.25, 0.6))?,
+            Seam::Cut => seam::cut(&image, &placed, &doubt, &mut seam, &mut Portion::new(observer, 0.25, 0.6))?,
         }
-        let mut span = span.part(0.6, 1.0);
+        let observer = &mut Portion::new(observer, 0.6, 1.0);
         match options.blending {
-            Blending::Feather => feather::blend(&mut image, &placed, &seam, options.feather, &mut span)?,
-            _ => multiband::blend(&mut image, &placed, &seam, options.bands, &mut span)?,
+            Blending::Feather => feather::blend(&mut image, &placed, &seam, options.feather, observer)?,
+            _ => multiband::blend(&mut image, &placed, &seam, options.bands, observer)?,
         }
     }
     let mut voids = Vec::new();

@@ -1,9 +1,9 @@
 //! A ramp across the seam.
 
 use super::canvas::Placed;
-use super::span::Span;
 use crate::distance::{STRAIGHT, distance, to_outside};
-use crate::{Image, Mask, Result};
+use crate::observer::{Observer, Portion, report, report_row};
+use crate::{Image, Mask, Result, Stage};
 
 /// Blends the reference into `image`, which holds the target: half of either at the seam, one alone from half of `ramp`
 /// pixels away from it. Towards a border of either photo its share fades, so that no border shows.
@@ -12,23 +12,23 @@ pub(super) fn blend(
     reference: &Placed<'_>,
     seam: &Mask,
     ramp: u32,
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
     let (width, height) = image.size();
     let pixels = image.pixels_mut();
-    span.row(0, 3)?;
+    report_row(observer, Stage::Blend, 0, 3)?;
     let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == 1)?;
-    span.part(0.25, 1.0).row(0, 1)?;
+    report(observer, Stage::Blend, 0.25)?;
     let to_reference = distance(pixels.len(), width, &|i| seam.data()[i] == 2)?;
-    span.part(0.5, 1.0).row(0, 1)?;
+    report(observer, Stage::Blend, 0.5)?;
     let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
-    let mut span = span.part(0.75, 1.0);
+    let observer = &mut Portion::new(observer, 0.75, 1.0);
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
     let share = |distance: u32| ((distance as f32 - STRAIGHT as f32 / 2.0) / half.max(1.0)).min(1.0);
     let size = reference.photo.size();
     for y in 0..height {
-        span.row(y, height)?;
+        report_row(observer, Stage::Blend, y, height)?;
         let Some(photo) = reference.row(y) else { continue };
         for (x, &[r, g, b, _]) in photo.iter().enumerate() {
             let i = y * width + reference.left + x;

@@ -14,7 +14,6 @@ mod fill;
 mod guide;
 mod multiband;
 mod seam;
-mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 pub(crate) use exposure::gain_table;

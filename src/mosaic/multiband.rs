@@ -10,11 +10,11 @@ use std::ops::Range;
 use wide::f32x4;
 
 use super::canvas::Placed;
-use super::span::Span;
 use crate::image::{reserve, zeroed};
+use crate::observer::{Observer, Portion, report_row};
 use crate::rect::{bounding_box, extent};
 use crate::upsampling::{WEIGHTS, neighbours};
-use crate::{Image, Mask, Result};
+use crate::{Image, Mask, Result, Stage};
 
 /// While the pyramid is built: weighted difference (red, green, blue) and weight; labelled-as-target, labelled, 0, 0.
 /// When it is done: difference; its blended part (both red, green, blue and nothing of meaning).
@@ -39,22 +39,22 @@ pub(super) fn blend(
     reference: &Placed<'_>,
     seam: &Mask,
     bands: u32,
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
     let longer = reference.photo.width().max(reference.photo.height());
     let bands = if bands == 0 { (longer / 32).max(2).ilog2() } else { bands } as usize;
     let Some((columns, rows)) = surroundings(seam, 3 << bands) else {
-        return paste(image, reference, seam, span);
+        return paste(image, reference, seam, observer);
     };
     let mut levels: Vec<Level> = Vec::new();
     let source = Source { image, reference, seam, columns: columns.clone(), rows: rows.clone() };
-    levels.push(halve(columns.len(), rows.len(), &|y, row| source.row(y, row), &mut span.part(0.0, 0.5))?);
+    levels.push(halve(columns.len(), rows.len(), &|y, row| source.row(y, row), &mut Portion::new(observer, 0.0, 0.5))?);
     for _ in 1..bands {
         let Some(fine) = levels.last().filter(|level| level.width.max(level.height) > 1) else { break };
         let row = |y: usize, row: &mut [Cell]| {
             row.copy_from_slice(&fine.cells[y * fine.width..(y + 1) * fine.width]);
         };
-        let coarse = halve(fine.width, fine.height, &row, &mut span.part(0.5, 0.5))?;
+        let coarse = halve(fine.width, fine.height, &row, &mut Portion::new(observer, 0.5, 0.5))?;
         levels.push(coarse);
     }
     let mut coarser: Option<Level> = None;
@@ -63,7 +63,7 @@ pub(super) fn blend(
         coarser = Some(level);
     }
     let Some(correction) = coarser else { return Ok(()) };
-    finish(image, reference, seam, &correction, (columns, rows), &mut span.part(0.6, 1.0))
+    finish(image, reference, seam, &correction, (columns, rows), &mut Portion::new(observer, 0.6, 1.0))
 }
 
 /// The rectangle within `reach` of any place where the two photos meet.
@@ -112,7 +112,12 @@ impl Source<'_> {
 }
 
 /// Half the size, filtered by (1 3 3 1) / 8 both ways; what is outside is as the border.
-fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span: &mut Span<'_>) -> Result<Level> {
+fn halve(
+    width: usize,
+    height: usize,
+    source: &dyn Fn(usize, &mut [Cell]),
+    observer: &mut dyn Observer,
+) -> Result<Level> {
     let (w, h) = (width.div_ceil(2), height.div_ceil(2));
     let mut cells = Vec::new();
     reserve(&mut cells, w * h)?;
@@ -120,7 +125,7 @@ fn halve(width: usize, height: usize, source: &dyn Fn(usize, &mut [Cell]), span:
     let mut ring: Vec<Cell> = zeroed(4 * w)?;
     let mut ready = 0;
     for y in 0..h {
-        span.row(y, h)?;
+        report_row(observer, Stage::Blend, y, h)?;
         while ready < height.min(2 * y + 3) {
             source(ready, &mut full);
             for (x, cell) in ring[ready % 4 * w..][..w].iter_mut().enumerate() {
@@ -171,13 +176,13 @@ fn finish(
     seam: &Mask,
     correction: &Level,
     (columns, rows): (Range<usize>, Range<usize>),
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
-    paste(image, reference, seam, &mut span.part(0.0, 0.2))?;
-    let mut span = span.part(0.2, 1.0);
+    paste(image, reference, seam, &mut Portion::new(observer, 0.0, 0.2))?;
+    let observer = &mut Portion::new(observer, 0.2, 1.0);
     let width = image.width();
     for y in rows.clone() {
-        span.row(y - rows.start, rows.len())?;
+        report_row(observer, Stage::Blend, y - rows.start, rows.len())?;
         let range = y * width + columns.start..y * width + columns.end;
         let pixels = &mut image.pixels_mut()[range.clone()];
         for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data()[range]) {
@@ -196,11 +201,11 @@ fn finish(
 }
 
 /// The reference where it shows.
-fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, span: &mut Span<'_>) -> Result<()> {
+fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, observer: &mut dyn Observer) -> Result<()> {
     let (width, height) = image.size();
     let rows = image.pixels_mut().chunks_exact_mut(width).zip(seam.data().chunks_exact(width));
     for (y, (row, shown)) in rows.enumerate() {
-        span.row(y, height)?;
+        report_row(observer, Stage::Blend, y, height)?;
         let Some(photo) = reference.row(y) else { continue };
         let over = row[reference.left..].iter_mut().zip(&shown[reference.left..]);
         for ((pixel, &shown), &[r, g, b, _]) in over.zip(photo) {

@@ -4,11 +4,16 @@ use wide::{f32x4, i32x4};
 
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
-use crate::mosaic::span::Span;
-use crate::{Image, Result};
+use crate::observer::{Observer, report_row};
+use crate::{Image, Result, Stage};
 
 /// Multiplies the linear light of every pixel by the gain at its place.
-pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256], span: &mut Span<'_>) -> Result<()> {
+pub(super) fn apply(
+    image: &mut Image,
+    response: &Response,
+    linear: &[f32; 256],
+    observer: &mut dyn Observer,
+) -> Result<()> {
     let levels = levels(linear)?;
     // So that a product is an index.
     let mut scaled = [[0.0; 3]; 256];
@@ -23,7 +28,7 @@ pub(super) fn apply(image: &mut Image, response: &Response, linear: &[f32; 256],
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
     for (y, pixels) in image.pixels_mut().chunks_exact_mut(width).enumerate() {
-        span.row(y, height)?;
+        report_row(observer, Stage::Blend, y, height)?;
         let above = y / step;
         let (above, below) = (above * columns, (above + 1).min(rows - 1) * columns);
         let share = f32x4::splat((y % step) as f32 * share_of);

@@ -7,7 +7,7 @@ mod tone;
 
 use super::Exposure;
 use super::canvas::Placed;
-use super::span::Span;
+use crate::observer::{Observer, Portion};
 use crate::srgb::linear_light;
 use crate::{Image, Result};
 
@@ -31,16 +31,16 @@ pub(super) fn adjust(
     image: &mut Image,
     reference: &Placed<'_>,
     exposure: Exposure,
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<[f64; 3]> {
     if exposure == Exposure::Off {
         return Ok([1.0; 3]);
     }
     let linear = linear_light();
-    let samples = samples::collect(image, reference, &linear, &mut span.part(0.0, 0.5))?;
+    let samples = samples::collect(image, reference, &linear, &mut Portion::new(observer, 0.0, 0.5))?;
     let Some(response) = fit::fit(&samples, image.size(), exposure == Exposure::Field)? else {
         return Ok([1.0; 3]);
     };
-    apply::apply(image, &response, &linear, &mut span.part(0.5, 1.0))?;
+    apply::apply(image, &response, &linear, &mut Portion::new(observer, 0.5, 1.0))?;
     Ok(response.gains)
 }

@@ -4,8 +4,8 @@ use wide::{f32x4, u8x16};
 
 use crate::image::{reserve, zeroed};
 use crate::mosaic::canvas::Placed;
-use crate::mosaic::span::Span;
-use crate::{Image, Result};
+use crate::observer::{Observer, report_row};
+use crate::{Image, Result, Stage};
 
 /// Cells along the reference's longer side.
 const CELLS: usize = 128;
@@ -35,7 +35,7 @@ pub(super) fn collect(
     image: &Image,
     reference: &Placed<'_>,
     linear: &[f32; 256],
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<Vec<Sample>> {
     let (width, height) = reference.photo.size();
     let side = width.max(height).div_ceil(CELLS).max(4);
@@ -47,7 +47,7 @@ pub(super) fn collect(
     reserve(&mut samples, columns * height.div_ceil(side))?;
     let pixels = image.pixels();
     for (j, top) in (0..height).step_by(side).enumerate() {
-        span.row(16 * j, 16 * height.div_ceil(side))?;
+        report_row(observer, Stage::Blend, 16 * j, 16 * height.div_ceil(side))?;
         sums.fill(Sums::default());
         let rows = (top..(top + side).min(height)).step_by(stride);
         let taps = rows.len() * side.div_ceil(stride);

@@ -7,7 +7,7 @@ mod smooth;
 
 use super::FillGuide;
 use crate::image::check_size;
-use crate::observer::{Observer, report};
+use crate::observer::{Observer, Portion, report};
 use crate::rect::{bounding_box, extent};
 use crate::{Error, Image, Mask, Result, Stage};
 use cluster::Clusters;
@@ -71,10 +71,11 @@ pub fn fill(
     let (clusters, alone) = Clusters::of(&parts)?;
     let mut filled = Vec::new();
     let share = EXEMPLARS / alone.len() as f32;
-    let mut progress = Progress { observer, done: 0.0, share };
-    for cluster in &alone {
+    for (i, cluster) in alone.iter().enumerate() {
+        let done = i as f32 * share;
+        let portion = &mut Portion::new(observer, done, done + share);
         let inside = |x, y| clusters.find(&parts, cluster, x, y).is_some();
-        if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, &mut progress)? {
+        if !exemplar::fill(image, voids, &inside, cluster, guide, &mut filled, portion)? {
             // There is no piece that could be copied.
             let (columns, rows) = cluster.bounds.grown(0, image.size()).ranges();
             for y in rows {
@@ -85,10 +86,9 @@ pub fn fill(
                 }
             }
         }
-        progress.done += share;
     }
-    progress.share = 1.0 - progress.done;
-    smooth::fill(image, &parts.gaps(image.width())?, voids, bounds, options.radius as usize, &mut progress)?;
+    let portion = &mut Portion::new(observer, if alone.is_empty() { 0.0 } else { EXEMPLARS }, 1.0);
+    smooth::fill(image, &parts.gaps(image.width())?, voids, bounds, options.radius as usize, portion)?;
     let pixels = image.pixels_mut();
     filled.into_iter().for_each(|(at, colour)| pixels[at] = colour);
     report(observer, Stage::Fill, 1.0)
@@ -96,21 +96,6 @@ pub fn fill(
 
 /// How much of the work the exemplars are, where there are any.
 const EXEMPLARS: f32 = 0.9;
-
-/// Progress of a part of the work.
-struct Progress<'a> {
-    observer: &'a mut dyn Observer,
-    /// What was done before the part, and how much of the whole it is.
-    done: f32,
-    share: f32,
-}
-
-impl Progress<'_> {
-    /// `fraction` of the part is done.
-    fn report(&mut self, fraction: f32) -> Result<()> {
-        report(self.observer, Stage::Fill, self.done + self.share * fraction)
-    }
-}
 
 fn check(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillOptions) -> Result<()> {
     for (name, expected, actual) in

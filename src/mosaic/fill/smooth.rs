@@ -7,10 +7,10 @@
 
 use wide::{f32x4, i32x4};
 
-use super::Progress;
 use crate::image::{reserve, zeroed};
+use crate::observer::{Observer, report};
 use crate::rect::Rect;
-use crate::{Image, Mask, Result};
+use crate::{Image, Mask, Result, Stage};
 
 /// Filled pixels between two reports of progress.
 const REPORT_EVERY: usize = 4096;
@@ -37,7 +37,7 @@ pub(super) fn fill(
     unknown: &Mask,
     bounds: Rect,
     radius: usize,
-    progress: &mut Progress<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
     let mut transport = Transport::new(image, unknown, bounds, radius)?;
     // Cells and their numbers: the valid ones around the voids, then the voids as they are reached.
@@ -61,7 +61,7 @@ pub(super) fn fill(
         // The pixels of a front do not see one another, so their order makes no difference.
         for (i, (cell, number)) in order.iter_mut().enumerate().skip(front) {
             if i.is_multiple_of(REPORT_EVERY) {
-                progress.report((i - border) as f32 / voids.len() as f32)?;
+                report(observer, Stage::Fill, (i - border) as f32 / voids.len() as f32)?;
             }
             *number = transport.transported(*cell)?;
         }

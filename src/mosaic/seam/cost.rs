@@ -8,10 +8,10 @@ use super::level::Level;
 use super::{BOTH, COARSEST, Doubt};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
-use crate::mosaic::span::Span;
+use crate::observer::{Observer, report_row};
 use crate::rect::{bounding_box, extent};
 use crate::warp::RELIABLE;
-use crate::{Image, Mask, Result};
+use crate::{Image, Mask, Result, Stage};
 
 /// Half the side in pixels of the window whose mean differences in colour are looked at: what is seen of a step.
 const RADIUS: usize = 2;
@@ -32,7 +32,7 @@ pub(super) fn finest(
     reference: &Placed<'_>,
     doubt: &Doubt<'_>,
     seam: &Mask,
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<Option<Level>> {
     let free = seam.data().iter().filter(|&&side| side == BOTH).count();
     // Two cells of the coarsest grid around what is to be decided: the cut is between what lies there.
@@ -46,7 +46,7 @@ pub(super) fn finest(
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
         let y = rows.start + j;
-        span.row(j, rows.len())?;
+        report_row(observer, Stage::Blend, j, rows.len())?;
         differences.advance(y, rows.clone());
         let mut around = differences.around(0);
         let at = y * seam.width() + columns.start;

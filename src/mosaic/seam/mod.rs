@@ -10,9 +10,9 @@ mod islands;
 mod level;
 
 use super::canvas::Placed;
-use super::span::Span;
 use crate::distance::{distance, to_outside};
-use crate::{Image, Mask, Result};
+use crate::observer::{Observer, Portion, report};
+use crate::{Image, Mask, Result, Stage};
 use level::Level;
 
 /// Labels of a seam mask.
@@ -65,9 +65,9 @@ pub(super) fn cut(
     reference: &Placed<'_>,
     doubt: &Doubt<'_>,
     seam: &mut Mask,
-    span: &mut Span<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<()> {
-    let Some(finest) = cost::finest(image, reference, doubt, seam, &mut span.part(0.0, 0.5))? else {
+    let Some(finest) = cost::finest(image, reference, doubt, seam, &mut Portion::new(observer, 0.0, 0.5))? else {
         return Ok(());
     };
     let mut levels = vec![finest];
@@ -78,7 +78,7 @@ pub(super) fn cut(
     let coarsest = levels.len();
     let Some(borders) = levels.last().map(Level::borders).transpose()? else { return Ok(()) };
     while let Some(mut level) = levels.pop() {
-        span.part(0.5 + 0.5 / (levels.len() + 1) as f32, 1.0).row(0, 1)?;
+        report(observer, Stage::Blend, 0.5 + 0.5 / (levels.len() + 1) as f32)?;
         level.cut(coarser.as_ref(), &borders, (coarsest - levels.len() - 1) as u32)?;
         coarser = Some(level);
     }

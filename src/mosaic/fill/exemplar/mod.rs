@@ -11,13 +11,13 @@ mod search;
 mod vote;
 
 use super::super::FillGuide;
-use super::Progress;
 use super::cluster::Cluster;
 use crate::distance::{STRAIGHT, distance};
 use crate::image::reserve;
+use crate::observer::{Observer, report};
 use crate::rect::Rect;
 use crate::sampler::Sampler;
-use crate::{Image, Mask, Result};
+use crate::{Image, Mask, Result, Stage};
 use level::{Level, Void};
 use search::Field;
 use vote::{vote, vote_on};
@@ -58,7 +58,7 @@ pub(super) fn fill(
     cluster: &Cluster,
     guide: Option<&FillGuide>,
     filled: &mut Vec<Filled>,
-    progress: &mut Progress<'_>,
+    observer: &mut dyn Observer,
 ) -> Result<bool> {
     let reach = REACH.0 * cluster.deepest + REACH.1;
     let window = cluster.bounds.grown(reach as usize, image.size());
@@ -87,10 +87,10 @@ pub(super) fn fill(
         let done = whole - 1.0 - levels.len() as f32;
         match &coarser {
             Some(_) => vote(&mut level, &field.sources),
-            None => peel(&mut level, &mut field, &mut random, &mut || progress.report(done / whole))?,
+            None => peel(&mut level, &mut field, &mut random, &mut || report(observer, Stage::Fill, done / whole))?,
         }
         search_and_vote(&mut level, &mut field, effort, &mut random, &mut |part| {
-            progress.report((done + part) / whole)
+            report(observer, Stage::Fill, (done + part) / whole)
         })?;
         coarser = Some((level, field));
     }
