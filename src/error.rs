@@ -112,16 +112,16 @@ pub enum Error {
         matches: usize,
         /// Matches that agree with the best model found.
         inliers: usize,
-        /// The least that would be trusted.
+        /// The least that rule out chance.
         needed: usize,
     },
     /// The matches do not determine a map (all in one point, or on one line).
-    #[error("the {matches} matches lie on one line or in one point (spread {} px), which determines no map", Decimal(*spread, 3))]
+    #[error("the {matches} matches lie on one line or in one point (standard deviation {} px), which determines no map", Decimal(*deviation, 3))]
     DegenerateGeometry {
         /// Usable matches.
         matches: usize,
         /// The smaller standard deviation of the matches' positions, in pixels.
-        spread: f64,
+        deviation: f64,
     },
     /// The warped target does not touch the reference.
     #[error("the warped target covers {pixels} pixels of the reference")]
@@ -191,7 +191,9 @@ impl Error {
             Error::NoConsensus { matches, inliers, needed } => {
                 &[("matches", matches as f64), ("inliers", inliers as f64), ("needed", needed as f64)]
             }
-            Error::DegenerateGeometry { matches, spread } => &[("matches", matches as f64), ("spread", spread)],
+            Error::DegenerateGeometry { matches, deviation } => {
+                &[("matches", matches as f64), ("deviation", deviation)]
+            }
             Error::NoOverlap { pixels } => &[("pixels", pixels as f64)],
             Error::TooLarge { width, height, bytes, limit } => {
                 &[("width", width as f64), ("height", height as f64), ("bytes", bytes as f64), ("limit", limit as f64)]

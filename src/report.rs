@@ -2,7 +2,7 @@
 
 use crate::decimal::Decimal;
 
-/// A reason to doubt a result. The code is stable, the text is for people.
+/// A warning about a result. The code is stable, the text is for people.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -18,7 +18,7 @@ pub enum Warning {
     /// Planar scene, pure rotation or constant depth: the homography explains the matches as well.
     ParallaxUnobservable,
     /// Two photos alone: what only the target shows was not measured, and bends back to a plane of the scene.
-    OutsideGuessed,
+    OutsideExtrapolated,
     /// Two photos alone: with their depth the picture would bend or tear outside the reference, so a homography was fitted.
     ParallaxIgnored,
     /// The model rests on few inliers.
@@ -58,7 +58,7 @@ impl Warning {
             Warning::DepthInconsistent => "depth-inconsistent",
             Warning::DepthUnusable { .. } => "depth-unusable",
             Warning::ParallaxUnobservable => "parallax-unobservable",
-            Warning::OutsideGuessed => "outside-guessed",
+            Warning::OutsideExtrapolated => "outside-extrapolated",
             Warning::ParallaxIgnored => "parallax-ignored",
             Warning::FewInliers { .. } => "few-inliers",
             Warning::LowInlierRatio { .. } => "low-inlier-ratio",
@@ -82,8 +82,8 @@ impl Warning {
             Warning::ParallaxUnobservable => {
                 "The matches show no parallax (flat scene, pure rotation or constant depth): the photos are aligned by a homography.".into()
             }
-            Warning::OutsideGuessed => {
-                "The depth of what only the target shows is a guess: that part is aligned like one plane of the scene.".into()
+            Warning::OutsideExtrapolated => {
+                "The depth of what only the target shows is extrapolated: that part is aligned like one plane of the scene.".into()
             }
             Warning::ParallaxIgnored => {
                 "With depth the part that only the target shows would look distorted: the photos are aligned by a homography.".into()

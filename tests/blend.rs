@@ -134,7 +134,7 @@ fn passes(seam: &Mask, inside: impl Fn(usize, usize) -> bool) -> bool {
 }
 
 #[test]
-fn the_cut_goes_around_what_moved_and_what_is_not_trusted() {
+fn the_seam_avoids_what_moved_and_what_is_unreliable() {
     let options = BlendOptions { exposure: Exposure::Off, ..BlendOptions::default() };
     // A bar across most of the overlap, so that the shortest way would lead through it.
     for bar in [10..80, 25..100, 0..70] {
@@ -143,37 +143,37 @@ fn the_cut_goes_around_what_moved_and_what_is_not_trusted() {
         let mosaic = compose(&stage(|x, _| x < 120, bright), &reference(texture), &options).unwrap();
         assert!(!passes(&mosaic.seam, moved), "the seam crosses what moved in {bar:?}");
 
-        let believed = |x: usize, y: usize| !moved(x + LEFT, y);
-        let data = (0..100 * 100).map(|i| if believed(i % 100, i / 100) { 255 } else { 0 }).collect();
-        let trusted = Mask::new(data, 100, 100).unwrap();
+        let reliable = |x: usize, y: usize| !moved(x + LEFT, y);
+        let data = (0..100 * 100).map(|i| if reliable(i % 100, i / 100) { 255 } else { 0 }).collect();
+        let reliable = Mask::new(data, 100, 100).unwrap();
         let (warped, other) = (stage(|x, _| x < 120, texture), reference(texture));
-        let mosaic = blend(&warped, other.view(), Some(&trusted), &options, &mut ()).unwrap();
-        assert!(!passes(&mosaic.seam, moved), "the seam crosses what is not trusted in {bar:?}");
+        let mosaic = blend(&warped, other.view(), Some(&reliable), &options, &mut ()).unwrap();
+        assert!(!passes(&mosaic.seam, moved), "the seam crosses what is unreliable in {bar:?}");
     }
 }
 
-/// A confidence of 0 where `doubtful`.
-fn doubted(warped: Warped, doubtful: impl Fn(usize, usize) -> bool) -> Warped {
-    let data = (0..CANVAS.0 * CANVAS.1).map(|i| if doubtful(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
+/// A confidence of 0 where `unreliable`.
+fn unreliable_where(warped: Warped, unreliable: impl Fn(usize, usize) -> bool) -> Warped {
+    let data = (0..CANVAS.0 * CANVAS.1).map(|i| if unreliable(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
     Warped { confidence: Some(Mask::new(data, CANVAS.0, CANVAS.1).unwrap()), ..warped }
 }
 
 /// The band along the reference's border that void recovery would take out: the seam passes behind it, and through it where the
 /// photos look alike.
 #[test]
-fn a_doubtful_band_does_not_hold_the_seam_at_the_border() {
+fn an_unreliable_band_does_not_hold_the_seam_at_the_border() {
     let band = |x: usize, _: usize| (LEFT..LEFT + 12).contains(&x);
-    let warped = doubted(stage(|x, _| x < 120, texture), band);
+    let warped = unreliable_where(stage(|x, _| x < 120, texture), band);
     let mosaic = compose(&warped, &reference(texture), &BlendOptions::default()).unwrap();
     assert!(!passes(&mosaic.seam, |x, _| x < LEFT + 4), "the seam is at the border");
 }
 
-/// What is doubtful and looks unlike the reference is not shown where the reference reaches.
+/// What is unreliable and looks unlike the reference is not shown where the reference reaches.
 #[test]
-fn the_reference_shows_where_the_target_is_doubtful() {
+fn the_reference_shows_where_the_target_is_unreliable() {
     let torn = |x: usize, y: usize| (70..110).contains(&x) && (30..70).contains(&y);
     let target = |x: usize, y: usize| if torn(x, y) { [250, 30, 20] } else { texture(x, y) };
-    let warped = doubted(stage(|x, _| x < 120, target), torn);
+    let warped = unreliable_where(stage(|x, _| x < 120, target), torn);
     let mosaic = compose(&warped, &reference(texture), &BlendOptions::default()).unwrap();
     let shown = (0..CANVAS.0 * CANVAS.1).filter(|i| torn(i % CANVAS.0, i / CANVAS.0) && mosaic.seam.data()[*i] == 1);
     assert!(shown.count() < 40, "the target shows where it is torn");
@@ -260,7 +260,7 @@ fn odd_shapes_are_no_trouble() {
 }
 
 #[test]
-fn reports_progress_and_stops_when_told() {
+fn reports_progress_and_can_be_stopped() {
     let (warped, other) = (stage(overlapping, texture), reference(|x, y| texture(x + 1, y)));
     for options in ways() {
         let mut watch = Watch::new(Stage::Blend);
@@ -278,9 +278,9 @@ fn reports_progress_and_stops_when_told() {
 #[test]
 fn refuses_bad_options_and_sizes() {
     let (warped, other) = (stage(overlapping, texture), reference(texture));
-    let refused = |options: &BlendOptions, trusted: Option<&Mask>| {
+    let refused = |options: &BlendOptions, reliable: Option<&Mask>| {
         let view: ImageView<'_> = other.view();
-        let error = blend(&warped, view, trusted, options, &mut ()).unwrap_err();
+        let error = blend(&warped, view, reliable, options, &mut ()).unwrap_err();
         (error.code(), error.details())
     };
     let feather = BlendOptions { feather: 1001, ..BlendOptions::default() };

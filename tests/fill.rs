@@ -237,7 +237,7 @@ fn the_result_is_always_the_same() {
 const EXPECTED: u64 = 0x4414bb76d194d974;
 
 #[test]
-fn reports_progress_and_stops_when_told() {
+fn reports_progress_and_can_be_stopped() {
     let (image, voids, guide) = edge();
     let run = |watch: &mut Watch| {
         let mut image = image.clone();

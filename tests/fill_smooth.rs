@@ -168,7 +168,7 @@ fn mirroring_commutes_with_filling() {
 }
 
 #[test]
-fn reports_progress_and_stops_when_told() {
+fn reports_progress_and_can_be_stopped() {
     let photo = picture(200, 200, |x, y| [x as u8, y as u8, 0, 255]);
     let voids = disc(200, 200, 80);
     let (mut image, mut watch) = (photo.clone(), Watch::new(Stage::Fill));

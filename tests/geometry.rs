@@ -222,7 +222,7 @@ fn degenerate_places() {
     for matches in [point, line] {
         for depth in [maps, None] {
             match fit(&matches, depth, &EstimateOptions::default()) {
-                Err(Error::DegenerateGeometry { matches: 50, spread }) => assert!(spread < 0.1),
+                Err(Error::DegenerateGeometry { matches: 50, deviation }) => assert!(deviation < 0.1),
                 other => panic!("{other:?}"),
             }
         }

@@ -160,7 +160,7 @@ fn guided(photos: &Photos, forward: &Model, depth: Option<&InverseDepth>, range:
 }
 
 #[test]
-fn a_guide_finds_more_and_more_surely() {
+fn guided_matching_finds_more_inliers() {
     let gallery = scene::gallery();
     let pair = gallery.render(320, 240);
     let photos = Photos::of(&pair, &scene::MatchOptions { count: 10, sigma: 0.0, outliers: 0.0, seed: 1 });
@@ -183,7 +183,7 @@ fn a_guide_finds_more_and_more_surely() {
 }
 
 #[test]
-fn a_homography_guides_to_a_disc() {
+fn a_homography_restricts_the_search_to_a_disc() {
     let speckle = speckle();
     let (h, inverse) = turn(0.2, 1.0);
     let target = found(&plain(&speckle), &DetectOptions::default());

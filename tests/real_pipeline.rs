@@ -161,12 +161,12 @@ fn refinement_gains() {
 fn what_only_the_target_shows_looks_natural() {
     for (name, expected) in [
         ("photo-lpc-cup", Some("parallax-ignored")),
-        ("photo-sgla-04", Some("outside-guessed")),
+        ("photo-sgla-04", Some("outside-extrapolated")),
         ("photo-sgla-16", None),
     ] {
         let Some(case) = load(name) else { continue };
         let found = run(&case, &Options { output_depth: true, ..Options::default() }).unwrap();
-        let said = codes(&found).into_iter().find(|code| ["parallax-ignored", "outside-guessed"].contains(code));
+        let said = codes(&found).into_iter().find(|code| ["parallax-ignored", "outside-extrapolated"].contains(code));
         assert_eq!(said, expected, "{name}");
         assert_eq!(found.geometry.kind == ModelKind::Homography, said == Some("parallax-ignored"), "{name}");
         let target = View { depth: found.depth[0].as_ref(), ..case.target() };

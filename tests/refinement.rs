@@ -129,7 +129,7 @@ impl Case {
             assert!(median(&before[0]) > 2.0 && median(&after[0]) < 0.3);
             assert!(median(&after[1]) <= median(&before[1]));
             assert!(percentile(&after[1], 0.9) <= percentile(&before[1], 0.9) + 0.3);
-            // Nothing is believed beyond the other photo, and most of what both show is.
+            // Nothing is reliable beyond the other photo, and most of what both show is.
             let (mut right, mut wrong) = (0, 0);
             for (&reliable, &visible) in refined.reliable[side].data().iter().zip(&self.visible[side]) {
                 right += usize::from(reliable != 0 && visible);

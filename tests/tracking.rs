@@ -1,4 +1,4 @@
-//! Points followed over the overlap, against the truth of a rendered scene, and what they add to the geometry.
+//! Points tracked over the overlap, against the truth of a rendered scene, and what they add to the geometry.
 #![allow(clippy::unwrap_used)]
 
 mod scene;
@@ -15,7 +15,7 @@ const SIZE: (usize, usize) = (320, 212);
 /// Few, and hardly as good as a detector's.
 const POOR: MatchOptions = MatchOptions { count: 40, sigma: 0.5, outliers: 0.1, seed: 1 };
 
-fn followed(photos: &Photos, reverse: &Model) -> Vec<Match> {
+fn tracked(photos: &Photos, reverse: &Model) -> Vec<Match> {
     let mut matches = Vec::new();
     let depth = photos.reference_depth.as_ref().unwrap();
     track(photos.target.view(), photos.reference.view(), depth, reverse, &mut matches, &mut ()).unwrap();
@@ -46,14 +46,14 @@ fn errors(matches: &[Match], pair: &Pair<'_>) -> Vec<f64> {
 }
 
 #[test]
-fn points_are_followed_to_where_they_are() {
+fn points_are_tracked_to_where_they_are() {
     let scene = scene::gallery();
     let pair = scene.render(SIZE.0, SIZE.1);
     let mut photos = Photos::of(&pair, &POOR);
     // Exposure is no matter.
     for gain in [1.0, 0.8] {
         photos.target.data_mut().iter_mut().for_each(|v| *v = (gain * f64::from(*v) + 20.0 * (1.0 - gain)) as u8);
-        let matches = followed(&photos, &shifted(&pair));
+        let matches = tracked(&photos, &shifted(&pair));
         let errors = errors(&matches, &pair);
         let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
         assert!(matches.len() > 150, "{} points", matches.len());
@@ -62,15 +62,15 @@ fn points_are_followed_to_where_they_are() {
 }
 
 #[test]
-fn nothing_is_followed_without_texture_or_depth() {
+fn nothing_is_tracked_without_texture_or_depth() {
     let scene = scene::gallery();
     let pair = scene.render(SIZE.0, SIZE.1);
     let photos = Photos::of(&pair, &POOR);
     let grey = Image::new(vec![128; 4 * SIZE.0 * SIZE.1], SIZE.0, SIZE.1).unwrap();
     let flat = Photos { target: grey.clone(), reference: grey, ..photos.clone() };
-    assert_eq!(followed(&flat, &pair.reverse), []);
+    assert_eq!(tracked(&flat, &pair.reverse), []);
     let unknown = InverseDepth::constant(f32::NAN, SIZE.0, SIZE.1).unwrap();
-    assert_eq!(followed(&Photos { reference_depth: Some(unknown), ..photos.clone() }, &pair.reverse), []);
+    assert_eq!(tracked(&Photos { reference_depth: Some(unknown), ..photos.clone() }, &pair.reverse), []);
     for tiny in [(1, 1), (14, 40)] {
         let image = Image::new(vec![90; 4 * tiny.0 * tiny.1], tiny.0, tiny.1).unwrap();
         let depth = InverseDepth::constant(1.0, tiny.0, tiny.1).unwrap();

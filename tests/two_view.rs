@@ -116,7 +116,7 @@ fn exact_depth(model: &Model, m: &Match) -> f64 {
 }
 
 #[test]
-fn noise_and_wrong_matches_are_borne() {
+fn noise_and_outliers_are_tolerated() {
     points::runner(24)
         .run(&(poses(), 0.0..0.4), |((angles, translation, focal, seed), wrong)| {
             let exact = points::Scene::new(angles, translation, focal, hills, seed);
@@ -191,7 +191,7 @@ fn room(_: f64, y: f64, _: &mut points::Noise) -> f64 {
 const FOOT: f64 = 120.0;
 
 #[test]
-fn depth_goes_on_far_from_all_matches() {
+fn depth_is_extrapolated_far_from_all_matches() {
     let mut photo = gray();
     for (y, row) in photo.data_mut().chunks_exact_mut(4 * points::WIDTH).enumerate() {
         row.fill(if y as f64 >= FOOT { 200 } else { 60 });
@@ -263,7 +263,7 @@ fn dense_depth_is_right_within_the_overlap_for_any_seed() {
         for [median, most] in map_errors(&found, &pair) {
             assert!(median < limits[0] && most < limits[1], "{median} {most}");
         }
-        assert!(found.spread.iter().all(|s| *s > 0.01 && *s < 8.0), "{:?}", found.spread);
+        assert!(found.prediction_error.iter().all(|s| *s > 0.01 && *s < 8.0), "{:?}", found.prediction_error);
     }
     assert_eq!(render(&pair, &NOISY, 1), render(&pair, &NOISY, 1));
 }

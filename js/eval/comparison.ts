@@ -8,7 +8,7 @@ import { median, percentile } from "./statistics.js";
 const FEW = 500;
 /** Fewer pixels with texture, and all valid ones count. */
 const FEW_TEXTURED = 300;
-/** Where the mean magnitude of the Laplacian is larger, there is texture: elsewhere a flow is a guess. */
+/** Where the mean magnitude of the Laplacian is larger, there is texture: elsewhere a flow is unreliable. */
 const TEXTURE = 4;
 const TEXTURE_SIGMA = 4;
 /** Side of the window of SSIM. */

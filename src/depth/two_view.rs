@@ -7,12 +7,12 @@ use crate::rect::diagonal;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Result};
 
-/// Without matches around of like colour the depth soon is that of the plane: guesses would differ between both photos.
+/// Without matches around of like colour the depth soon is that of the plane: extrapolations would differ between both photos.
 const NEAR: Kernel = Kernel { near: 0.015, ridge: 1e-4, far: 0.06, sharp: true, nodes: 150.0 };
-/// Matches that foretell each other well may speak for what is far from all of them.
+/// Matches that predict each other well support the depth far from all of them as well.
 const WIDE: Kernel = Kernel { near: 0.06, far: 0.3, nodes: 40.0, ..NEAR };
-/// How well, as a share of the diagonal.
-const FORETOLD: f64 = 0.0025;
+/// The largest leave-one-out error for that, as a share of the diagonal.
+const PREDICTABLE: f64 = 0.0025;
 
 /// Geometry and depth of two photos.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,15 +26,15 @@ pub struct TwoView {
     /// The same of the reference: what the target shows with g appears there with g/λ, λ being the third coordinate of
     /// its image.
     pub reference: InverseDepth,
-    /// How well the maps foretell where a match is that did not take part in them, in pixels of the other photo: the 90th
-    /// percentile of the error, forward and reverse.
-    pub spread: [f64; 2],
+    /// Leave-one-out error of the maps: how far they miss a match that was left out, in pixels of the other photo, the 90th
+    /// percentile, forward and reverse.
+    pub prediction_error: [f64; 2],
 }
 
 /// Finds the epipolar geometry of the matches and a relative inverse depth of both photos that goes with it.
 ///
 /// Two photos determine the depth up to an affine change, which leaves the map from one to the other as it is. Between the
-/// matches the depth follows the colours of the photos; far from all of them it goes on as far as they foretell each other,
+/// matches the depth follows the colours of the photos; far from all of them it is extrapolated as far as they predict each other,
 /// and beyond is that of the plane most are near to.
 /// When the matches show no parallax beyond what a homography explains (a flat scene, a pure rotation, fewer than 30
 /// matches that agree on one epipolar geometry) that homography is returned, with [`Warning::ParallaxUnobservable`](crate::report::Warning::ParallaxUnobservable).
@@ -54,7 +54,7 @@ pub fn two_view(
     let Some(samples) = geometry.samples else {
         let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());
         return Ok(TwoView {
-            spread: estimate.residual,
+            prediction_error: estimate.residual,
             geometry: estimate,
             target: zero(target)?,
             reference: zero(reference)?,
@@ -62,10 +62,10 @@ pub fn two_view(
     };
     let (target, forward) = dense(&samples[0], target, &mut Portion::new(observer, 0.1, 0.55))?;
     let (reference, reverse) = dense(&samples[1], reference, &mut Portion::new(observer, 0.55, 1.0))?;
-    Ok(TwoView { geometry: estimate, target, reference, spread: [forward, reverse] })
+    Ok(TwoView { geometry: estimate, target, reference, prediction_error: [forward, reverse] })
 }
 
-/// The dense map of one photo, and its spread.
+/// The dense map of one photo, and its prediction error.
 fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer) -> Result<(InverseDepth, f64)> {
     // All points are localised alike, so a depth is the better known the more it moves its point.
     let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
@@ -78,10 +78,10 @@ fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer
     let errors: Vec<f64> =
         ends.iter().enumerate().map(|(i, m)| (scattered.without(i) - m.depth).abs() * m.parallax).collect();
     let most = 9 * errors.len() / 10;
-    let spread = nth(errors, most).unwrap_or(0.0);
+    let prediction_error = nth(errors, most).unwrap_or(0.0);
     // From coarse to fine: what is near goes through what the wide map has left.
     let mut wide = None;
-    if spread < FORETOLD * diagonal(size) {
+    if prediction_error < PREDICTABLE * diagonal(size) {
         let map = Scattered::new(&samples, WIDE, size, Some(image)).dense(&mut Portion::new(observer, 0.0, 0.5))?;
         samples.iter_mut().for_each(|s| s.value -= map.sample(s.point[0], s.point[1]));
         scattered = Scattered::new(&samples, NEAR, size, Some(image));
@@ -92,5 +92,5 @@ fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer
     if let Some(wide) = wide {
         sum.iter_mut().zip(wide.data()).for_each(|(sum, v)| *sum += v);
     }
-    Ok((InverseDepth::from_values(sum, size.0, size.1), spread))
+    Ok((InverseDepth::from_values(sum, size.0, size.1), prediction_error))
 }

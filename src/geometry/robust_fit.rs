@@ -4,7 +4,7 @@ use super::calibrated::{Calibrated, calibrate};
 use super::normalisation::Normalisation;
 use super::points::{Points, Projection};
 use super::projection::{
-    Consensus, FINE, ProjectionEstimator, homographies, narrow, parallax_observable, refine_published,
+    Consensus, FINE, ProjectionEstimator, anneal_to_narrowest, homographies, parallax_observable, refine_published,
 };
 use super::ransac::score::{Scales, count, inliers_of};
 use super::ransac::{Config, Estimator, Found, ransac};
@@ -65,19 +65,19 @@ impl<'a> Fit<'a> {
         self.normalisations[0].scale()
     }
 
-    /// Whether the threshold is in pixels, and so is narrowed down from a wide one.
-    fn narrows(&self) -> bool {
+    /// Whether the threshold is in pixels, and so is reached by annealing from a wide one.
+    fn anneals(&self) -> bool {
         matches!(self.options.threshold, Threshold::Pixels(_))
     }
 
     fn config(&self) -> Config {
-        let wide = if self.narrows() { WIDE } else { self.threshold };
+        let wide = if self.anneals() { WIDE } else { self.threshold };
         Config {
             scales: Scales::between(wide, self.threshold),
             confidence: self.options.confidence,
             max_trials: self.options.max_trials,
             min_trials: MIN_TRIALS,
-            local_iterations: if self.narrows() { LOCAL_ITERATIONS } else { 0 },
+            local_iterations: if self.anneals() { LOCAL_ITERATIONS } else { 0 },
         }
     }
 
@@ -85,15 +85,15 @@ impl<'a> Fit<'a> {
     fn search(&mut self, estimator: ProjectionEstimator) -> Option<Projection> {
         let (config, points) = (self.config(), &self.points[0]);
         let all: Vec<usize> = (0..points.len()).collect();
-        let found = ransac(&estimator, points, &all, &config, &mut self.sampler, Found::nothing());
+        let found = ransac(&estimator, points, &all, &config, &mut self.sampler, Found::none());
         self.trials += found.trials;
         found.model
     }
 
     /// The inliers of a model that a search found, and the model refined on them.
     fn refine(&self, found: &Projection, estimator: ProjectionEstimator) -> Option<Consensus> {
-        if self.narrows() {
-            narrow(estimator, &self.points[0], &self.config().scales, found)
+        if self.anneals() {
+            anneal_to_narrowest(estimator, &self.points[0], &self.config().scales, found)
         } else {
             refine_published(estimator, &self.points[0], found, self.threshold)
         }

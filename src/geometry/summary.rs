@@ -53,9 +53,9 @@ fn consensus_warnings(inliers: usize, usable: usize) -> Vec<Warning> {
 
 /// Refuses matches that lie on one line or in one point of either photo.
 pub(super) fn check_extent(matches: &[Usable]) -> Result<()> {
-    let spread = standard_deviations(matches, 0)[0].min(standard_deviations(matches, 1)[0]);
-    if spread < MIN_DEVIATION {
-        Err(Error::DegenerateGeometry { matches: matches.len(), spread }.into())
+    let deviation = standard_deviations(matches, 0)[0].min(standard_deviations(matches, 1)[0]);
+    if deviation < MIN_DEVIATION {
+        Err(Error::DegenerateGeometry { matches: matches.len(), deviation }.into())
     } else {
         Ok(())
     }

@@ -117,14 +117,14 @@ pub fn blend(
     let mut image = Image::from_bytes(data, width, height);
     let mut seam = seam::sides(&image, &placed)?;
 
-    let doubt = seam::Doubt { reliable, confidence: warped.confidence.as_ref() };
+    let reliability = seam::Reliability { reliable, confidence: warped.confidence.as_ref() };
     let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
     if options.blending == Blending::Average {
         average(&mut image, &placed);
     } else {
         match options.seam {
             Seam::Off => seam::middle(&image, &placed, &mut seam)?,
-            Seam::Cut => seam::cut(&image, &placed, &doubt, &mut seam, &mut Portion::new(observer, 0.25, 0.6))?,
+            Seam::Cut => seam::cut(&image, &placed, &reliability, &mut seam, &mut Portion::new(observer, 0.25, 0.6))?,
         }
         let observer = &mut Portion::new(observer, 0.6, 1.0);
         match options.blending {

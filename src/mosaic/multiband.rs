@@ -24,7 +24,7 @@ type Cell = [f32x4; 2];
 /// which is not mixed at all. Elsewhere ghosts would spread over the widths of the coarser bands.
 const TOLERANCE: f32 = 128.0;
 /// Weight below which a cell's difference is taken from the coarser level.
-const FAINT: f32 = 0.02;
+const MIN_WEIGHT: f32 = 0.02;
 
 /// A level of the pyramid.
 struct Level {
@@ -48,22 +48,27 @@ pub(super) fn blend(
     };
     let mut levels: Vec<Level> = Vec::new();
     let source = Source { image, reference, seam, columns: columns.clone(), rows: rows.clone() };
-    levels.push(halve(columns.len(), rows.len(), &|y, row| source.row(y, row), &mut Portion::new(observer, 0.0, 0.5))?);
+    levels.push(reduce(
+        columns.len(),
+        rows.len(),
+        &|y, row| source.row(y, row),
+        &mut Portion::new(observer, 0.0, 0.5),
+    )?);
     for _ in 1..bands {
         let Some(fine) = levels.last().filter(|level| level.width.max(level.height) > 1) else { break };
         let row = |y: usize, row: &mut [Cell]| {
             row.copy_from_slice(&fine.cells[y * fine.width..(y + 1) * fine.width]);
         };
-        let coarse = halve(fine.width, fine.height, &row, &mut Portion::new(observer, 0.5, 0.5))?;
+        let coarse = reduce(fine.width, fine.height, &row, &mut Portion::new(observer, 0.5, 0.5))?;
         levels.push(coarse);
     }
     let mut coarser: Option<Level> = None;
     while let Some(mut level) = levels.pop() {
-        settle(&mut level, coarser.as_ref());
+        collapse(&mut level, coarser.as_ref());
         coarser = Some(level);
     }
     let Some(correction) = coarser else { return Ok(()) };
-    finish(image, reference, seam, &correction, (columns, rows), &mut Portion::new(observer, 0.6, 1.0))
+    apply(image, reference, seam, &correction, (columns, rows), &mut Portion::new(observer, 0.6, 1.0))
 }
 
 /// The rectangle within `reach` of any place where the two photos meet.
@@ -111,8 +116,8 @@ impl Source<'_> {
     }
 }
 
-/// Half the size, filtered by (1 3 3 1) / 8 both ways; what is outside is as the border.
-fn halve(
+/// REDUCE: half the size, filtered by (1 3 3 1) / 8 both ways; borders are replicated.
+fn reduce(
     width: usize,
     height: usize,
     source: &dyn Fn(usize, &mut [Cell]),
@@ -129,25 +134,25 @@ fn halve(
         while ready < height.min(2 * y + 3) {
             source(ready, &mut full);
             for (x, cell) in ring[ready % 4 * w..][..w].iter_mut().enumerate() {
-                *cell = four(x, width, &|x| &full[x]);
+                *cell = downsampled(x, width, &|x| &full[x]);
             }
             ready += 1;
         }
-        cells.extend((0..w).map(|x| four(y, height, &|y| &ring[y % 4 * w + x])));
+        cells.extend((0..w).map(|x| downsampled(y, height, &|y| &ring[y % 4 * w + x])));
     }
     Ok(Level { cells, width: w, height: h })
 }
 
-/// The cell `at` of half the resolution along one direction, from those of the whole one.
-fn four<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell {
+/// The cell `at` of half the resolution along one axis.
+fn downsampled<'a>(at: usize, length: usize, cells: &dyn Fn(usize) -> &'a Cell) -> Cell {
     let cell = |i: usize| cells(i.min(length - 1));
     let (a, b, c, d) = (cell((2 * at).saturating_sub(1)), cell(2 * at), cell(2 * at + 1), cell(2 * at + 2));
     [0, 1].map(|i| (a[i] + d[i]) * f32x4::splat(0.125) + (b[i] + c[i]) * f32x4::splat(0.375))
 }
 
 impl Level {
-    /// The cell at (x, y) of twice the resolution.
-    fn doubled(&self, x: usize, y: usize) -> Cell {
+    /// EXPAND: the cell at (x, y) of twice the resolution.
+    fn expanded(&self, x: usize, y: usize) -> Cell {
         let ([x, beside], [y, beyond]) = (neighbours(x, self.width), neighbours(y, self.height));
         let lean = |near: f32x4, far: f32x4| near * f32x4::splat(WEIGHTS[0]) + far * f32x4::splat(WEIGHTS[1]);
         let (row, other) = (y * self.width, beyond * self.width);
@@ -156,21 +161,22 @@ impl Level {
     }
 }
 
-/// Turns sums into the difference of the level and its blended part, given those of the next coarser level.
-fn settle(level: &mut Level, coarser: Option<&Level>) {
+/// Collapses the pyramid by one level: turns sums into the level's difference and its blended part, given those of the next
+/// coarser level.
+fn collapse(level: &mut Level, coarser: Option<&Level>) {
     for (i, cell) in level.cells.iter_mut().enumerate() {
         let [base, blended] =
-            coarser.map_or(Cell::default(), |coarser| coarser.doubled(i % level.width, i / level.width));
+            coarser.map_or(Cell::default(), |coarser| coarser.expanded(i % level.width, i / level.width));
         let [sum, labels] = *cell;
         let ([_, _, _, weight], [target, labelled, ..]) = (sum.to_array(), labels.to_array());
         let share = if labelled > 0.0 { target / labelled } else { 0.5 };
-        let difference = (sum + base * f32x4::splat(FAINT)) * f32x4::splat(1.0 / (weight + FAINT));
+        let difference = (sum + base * f32x4::splat(MIN_WEIGHT)) * f32x4::splat(1.0 / (weight + MIN_WEIGHT));
         *cell = [difference, blended + (difference - base) * f32x4::splat(share)];
     }
 }
 
-/// The photo that shows, plus what the coarser bands of the other bring.
-fn finish(
+/// Shows the photo of the label, plus what the coarser bands of the other contribute.
+fn apply(
     image: &mut Image,
     reference: &Placed<'_>,
     seam: &Mask,
@@ -189,7 +195,7 @@ fn finish(
             if shown == 0 {
                 continue;
             }
-            let [difference, blended] = correction.doubled(x, y - rows.start);
+            let [difference, blended] = correction.expanded(x, y - rows.start);
             let change = if shown == 1 { blended - difference } else { blended };
             for (own, change) in pixel.iter_mut().take(3).zip(change.to_array()) {
                 // The conversion saturates.

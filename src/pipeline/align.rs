@@ -162,7 +162,7 @@ impl Alignment<'_> {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
                     if extrapolation == Extrapolation::Plane {
-                        self.geometry.warnings.push(Warning::OutsideGuessed);
+                        self.geometry.warnings.push(Warning::OutsideExtrapolated);
                     }
                 }
                 Completed::Homography(flat) => self.replace_by_homography(*flat),

@@ -70,7 +70,7 @@ pub struct Stitched {
     pub crops: Crops,
     /// Agreement over the overlap.
     pub quality: Quality,
-    /// Reasons to doubt the result, those of the fit first.
+    /// Warnings about the result, those of the fit first.
     pub warnings: Vec<Warning>,
     /// Milliseconds per stage, by the observer's clock.
     pub times: Vec<(Stage, f64)>,

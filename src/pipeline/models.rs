@@ -83,7 +83,7 @@ fn fit_two_view<'a>(
 ) -> Result<Alignment<'a>> {
     let found = two_view(matches, target.image, reference.image, &options.estimate, observer)?;
     let maps = [found.target, found.reference].map(|map| Some(Cow::Owned(map)));
-    Ok(Alignment { prediction_error: Some(found.spread), ..alignment(found.geometry, maps) })
+    Ok(Alignment { prediction_error: Some(found.prediction_error), ..alignment(found.geometry, maps) })
 }
 
 /// The models with the depth maps of the views; a missing one is derived from the other.

@@ -63,7 +63,7 @@ test("what has no picture is neither looked at nor filled", async () => {
   assert.deepEqual(at(filled, 400, 300), [0, 0, 0, 0]);
 });
 
-test("the border of a hole is not believed", async () => {
+test("the border of a hole is unreliable", async () => {
   // Three pixels around the hole are white, as if mixed from two photos.
   const near = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ reach) =>
     Math.max(Math.abs(x - 256), Math.abs(y - 256)) < 40 + reach;
@@ -71,13 +71,13 @@ test("the border of a hole is not believed", async () => {
   const holes = mask(512, 512, (x, y) => near(x, y, 0));
   assertNear(at(await average.inpaint(picture, holes), 256, 256), [...RED, 255], 0);
   const model = { input: "float32", mask: "hole", outputMax: 255, tileSize: 512, dilation: 0 };
-  const trusting = await loadInpainter({
+  const dilated = await loadInpainter({
     model: /** @type {any} */ (model),
     weights: lamaLike(512),
   });
-  const [, green = 0] = at(await trusting.inpaint(picture, holes), 256, 256);
+  const [, green = 0] = at(await dilated.inpaint(picture, holes), 256, 256);
   assert.ok(green > 30, "without dilation it would be");
-  await trusting.dispose();
+  await dilated.dispose();
 });
 
 test("a network of another size: the crop is resized, and the rest is not", async () => {
@@ -106,7 +106,7 @@ test("pictures smaller than the network, and holes that leave little or nothing"
   assertOnlyHoles(await average.inpaint(without(picture, all), all), without(picture, all), all);
 });
 
-test("many small holes are tiles, told one by one, and can be stopped", async () => {
+test("many small holes are tiles, reported one by one, and can be stopped", async () => {
   const [width, height] = [1000, 800];
   const picture = paint(width, height, (x) => (x < 500 ? RED : BLUE));
   const holes = mask(width, height, (x, y) => x % 190 < 9 && y % 170 < 9);

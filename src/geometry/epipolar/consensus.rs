@@ -76,7 +76,7 @@ pub(super) fn search(
     if points.len() <= SAMPLE {
         return None;
     }
-    let mut found = Found::nothing();
+    let mut found = Found::none();
     if let Some(plane) = plane {
         let on_plane = inliers_of(points, plane, config.scales.narrowest());
         let off: Vec<usize> = (0..points.len()).filter(|&i| !on_plane[i]).collect();
@@ -97,9 +97,9 @@ pub(super) fn search(
 fn refine_inliers(points: &Points, found: &Fundamental, scales: &Scales) -> Option<Epipolar> {
     const ITERATIONS: usize = 3;
     let wide = scales.widest();
-    let narrowed = |thresholds: [f64; 3]| anneal(&FundamentalEstimator, points, found, thresholds, ITERATIONS, COARSE);
-    let strict = narrowed(scales.0);
-    let lenient = narrowed([4.0 * wide, 2.0 * wide, wide]);
+    let annealed = |thresholds: [f64; 3]| anneal(&FundamentalEstimator, points, found, thresholds, ITERATIONS, COARSE);
+    let strict = annealed(scales.0);
+    let lenient = annealed([4.0 * wide, 2.0 * wide, wide]);
     let [near, far] = [&strict, &lenient].map(|f| inlier_errors(points, f, wide));
     let distorted = far.len() > near.len() + SAMPLE * 3 / 2;
     let (start, errors) = if distorted { (lenient, far) } else { (strict, near) };

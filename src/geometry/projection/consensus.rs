@@ -55,7 +55,7 @@ pub(in crate::geometry) fn refine_published(
 /// no wrong matches on the way. The model of the lower cost wins. If the narrowest threshold retains less than three
 /// quarters of the inliers of the widest, the next wider one that retains more is used: the model is less accurate than the
 /// caller hoped.
-pub(in crate::geometry) fn narrow(
+pub(in crate::geometry) fn anneal_to_narrowest(
     estimator: ProjectionEstimator,
     points: &Points,
     scales: &Scales,
@@ -63,20 +63,20 @@ pub(in crate::geometry) fn narrow(
 ) -> Option<Consensus> {
     let (wide, narrow) = (scales.widest(), scales.narrowest());
     let most = count(inliers_of(points, found, wide));
-    let stepwise = descend(estimator, points, found, wide, narrow);
-    let direct = descend(estimator, points, found, narrow, narrow);
+    let stepwise = anneal_and_converge(estimator, points, found, wide, narrow);
+    let direct = anneal_and_converge(estimator, points, found, narrow, narrow);
     let cost = |way: &Option<Consensus>| {
         way.as_ref().map_or(f64::INFINITY, |c| scales.cost(points, &c.projection, f64::INFINITY))
     };
     let mut chosen = if cost(&direct) < cost(&stepwise) { direct } else { stepwise }?;
     while 4 * chosen.count() < 3 * most && chosen.threshold < wide {
-        chosen = descend(estimator, points, found, wide, (chosen.threshold / STEP).min(wide))?;
+        chosen = anneal_and_converge(estimator, points, found, wide, (chosen.threshold / STEP).min(wide))?;
     }
     refine_on_accurate(estimator, points, chosen)
 }
 
 /// Narrows the threshold from `from` to `to`, refitting at each step, and converges there.
-fn descend(
+fn anneal_and_converge(
     estimator: ProjectionEstimator,
     points: &Points,
     start: &Projection,
@@ -123,7 +123,7 @@ pub(in crate::geometry) fn homographies(
         let left = flagged(&(0..points.len()).collect::<Vec<_>>(), &open);
         let rest = points.select(&open);
         let all: Vec<usize> = (0..rest.len()).collect();
-        let found = ransac(&estimator, &rest, &all, config, sampler, Found::nothing());
+        let found = ransac(&estimator, &rest, &all, config, sampler, Found::none());
         let Some(model) = found.model else { break };
         trials += found.trials;
         let inliers = inliers_of(&rest, &model, config.scales.narrowest());

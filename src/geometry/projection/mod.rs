@@ -5,7 +5,7 @@ mod linear;
 mod parallax;
 mod refine;
 
-pub(super) use consensus::{Consensus, homographies, narrow, refine_published};
+pub(super) use consensus::{Consensus, anneal_to_narrowest, homographies, refine_published};
 pub(super) use parallax::parallax_observable;
 
 use super::points::{Point, Points, Projection, transform};

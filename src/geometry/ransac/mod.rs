@@ -67,12 +67,18 @@ pub(super) struct Found<M> {
 }
 
 impl<M: Residual + Copy> Found<M> {
-    pub fn nothing() -> Self {
+    pub fn none() -> Self {
         Self { model: None, cost: f64::INFINITY, trials: 0 }
     }
 
     /// Replaces the model by a better one, and improves that on its inliers. Returns whether it was better.
-    fn offer<E: Estimator<Model = M>>(&mut self, estimator: &E, points: &Points, config: &Config, model: M) -> bool {
+    fn replace_if_better<E: Estimator<Model = M>>(
+        &mut self,
+        estimator: &E,
+        points: &Points,
+        config: &Config,
+        model: M,
+    ) -> bool {
         let cost = config.scales.cost(points, &model, self.cost);
         if cost >= self.cost {
             return false;
@@ -128,7 +134,7 @@ pub(super) fn ransac<E: Estimator>(
         sampler.sample(population.len(), &mut sample);
         sample.iter_mut().for_each(|i| *i = population[*i]);
         for model in estimator.fit_minimal(points, &sample) {
-            if best.offer(estimator, points, config, model) {
+            if best.replace_if_better(estimator, points, config, model) {
                 limit = needed(&best);
             }
         }

@@ -21,7 +21,7 @@ pub(super) struct Cluster {
     /// On the picture, tile by tile: it may leave it to the right and below.
     pub bounds: Rect,
     /// Half the width in pixels of the widest void.
-    pub deepest: u32,
+    pub half_width: u32,
 }
 
 impl Clusters {
@@ -47,13 +47,13 @@ impl Clusters {
                 continue;
             }
             let number = clusters.len() as u32 + 1;
-            let (mut left, mut top, mut right, mut bottom, mut deepest) = (columns, rows, 0, 0, 0);
+            let (mut left, mut top, mut right, mut bottom, mut half_width) = (columns, rows, 0, 0, 0);
             tiles[first] = number;
             open.push(first);
             while let Some(tile) = open.pop() {
                 let (x, y) = (tile % columns, tile / columns);
                 (left, top, right, bottom) = (left.min(x), top.min(y), right.max(x + 1), bottom.max(y + 1));
-                deepest = depths[tile].max(deepest);
+                half_width = depths[tile].max(half_width);
                 for row in y.saturating_sub(1)..(y + 2).min(rows) {
                     for next in row * columns + x.saturating_sub(1)..row * columns + (x + 2).min(columns) {
                         if depths[next] != 0 && tiles[next] == 0 {
@@ -65,7 +65,7 @@ impl Clusters {
             }
             let (width, height) = ((right - left) * TILE, (bottom - top) * TILE);
             let bounds = Rect { x: window.x + left * TILE, y: window.y + top * TILE, width, height };
-            clusters.push(Cluster { number, bounds, deepest: u32::from(deepest) / STRAIGHT });
+            clusters.push(Cluster { number, bounds, half_width: u32::from(half_width) / STRAIGHT });
         }
         Ok((Self { window, tiles, columns }, clusters))
     }

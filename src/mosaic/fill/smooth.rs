@@ -142,14 +142,14 @@ struct Transport<'a> {
     unknown: &'a Mask,
     disc: Disc,
     /// 1 / 16ε², where ε is the disc's radius.
-    spread: f32,
+    falloff: f32,
     cells: Cells,
     /// Of every cell what it is, or which of `known`, counted from 1.
     numbers: Vec<u32>,
     known: Vec<Known>,
     /// The taps of a disc on known pixels, or those opposite in the first half, and the numbers of these.
     near: Vec<[u32; 2]>,
-    /// What each tap of the first half of a disc counts.
+    /// Weight of each tap of the first half of a disc.
     weights: Vec<f32x4>,
 }
 
@@ -163,9 +163,9 @@ impl<'a> Transport<'a> {
             let first = cells.cell(window.x, y);
             numbers[first..first + window.width].fill(UNSEEN);
         }
-        let spread = 1.0 / (16 * radius * radius) as f32;
+        let falloff = 1.0 / (16 * radius * radius) as f32;
         let (near, weights) = (zeroed(disc.steps.len())?, zeroed(disc.shapes.len())?);
-        Ok(Self { image, unknown, disc, spread, cells, numbers, known: Vec::new(), near, weights })
+        Ok(Self { image, unknown, disc, falloff, cells, numbers, known: Vec::new(), near, weights })
     }
 
     /// Colour of a valid pixel; `None` elsewhere, and outside the picture.
@@ -263,7 +263,7 @@ impl<'a> Transport<'a> {
         let (cos, sin) = if gap > 0.0 { (difference / gap, product / gap) } else { (0.0, 0.0) };
         let coherence = gap / (xx + yy + NOISE);
         let mu = 1.0 + SHARPNESS * coherence * coherence;
-        let [cos, sin, scale] = [cos, sin, mu * mu * self.spread].map(f32x4::splat);
+        let [cos, sin, scale] = [cos, sin, mu * mu * self.falloff].map(f32x4::splat);
         for (weight, shape) in self.weights.iter_mut().zip(&self.disc.shapes) {
             let t2 = (shape.squared + cos * shape.difference + sin * shape.product) / f32x4::splat(2.0);
             *weight = shape.nearness * bell(scale * t2);

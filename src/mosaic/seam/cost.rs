@@ -5,7 +5,7 @@ use std::ops::Range;
 use wide::i32x4;
 
 use super::level::Level;
-use super::{BOTH, COARSEST, Doubt};
+use super::{BOTH, COARSEST, Reliability};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
@@ -17,12 +17,12 @@ use crate::{Image, Mask, Result, Stage};
 const RADIUS: usize = 2;
 /// Rows that are needed at once.
 const ROWS: usize = 2 * RADIUS + 1;
-/// What a level of that difference costs.
+/// Seam cost per level of that difference.
 const STEP: i32 = 8;
-/// What a pixel costs on top that the refinement does not vouch for.
+/// Additional cost of a pixel that the refinement found unreliable.
 const UNRELIABLE: i32 = 40;
-/// What it costs to show a target pixel of no confidence that looks nothing like the reference.
-const DOUBT: i32 = 32;
+/// Data cost of the target at a pixel of confidence 0 that looks nothing like the reference.
+const DATA_COST: i32 = 32;
 /// Mean differences, over three channels, from which on two pixels look nothing like each other.
 const UNLIKE: i32 = 64;
 
@@ -30,7 +30,7 @@ const UNLIKE: i32 = 64;
 pub(super) fn finest(
     image: &Image,
     reference: &Placed<'_>,
-    doubt: &Doubt<'_>,
+    reliability: &Reliability<'_>,
     seam: &Mask,
     observer: &mut dyn Observer,
 ) -> Result<Option<Level>> {
@@ -63,15 +63,15 @@ pub(super) fn finest(
             let [.., count] = around.to_array();
             let apart = (around.abs() & COLOURS).reduce_add() / count.abs().max(1);
             let change = differences.change(y, i);
-            let confidence = doubt.confidence.map_or(255, |mask| mask.data()[at + i]);
+            let confidence = reliability.confidence.map_or(255, |mask| mask.data()[at + i]);
             let place = (y - reference.top) * reference.photo.width() + x - reference.left;
-            let reliable = doubt.reliable.is_none_or(|mask| mask.data()[place] != 0);
+            let reliable = reliability.reliable.is_none_or(|mask| mask.data()[place] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
             let cost = STEP * apart + change + extra;
             cell.cost = cost.clamp(0, i32::from(u16::MAX / 2)) as u16;
-            cell.doubt = (DOUBT * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
+            cell.data_cost = (DATA_COST * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
         }
     }
     Ok(Some(level))

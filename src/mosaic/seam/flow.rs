@@ -16,16 +16,16 @@ const NEVER: u32 = u32::MAX;
 #[derive(Clone, Copy)]
 struct Node {
     next: [u32; 4],
-    /// What may still flow to each neighbour.
+    /// Residual capacity to each neighbour.
     rest: [i32; 4],
-    /// What may still flow from the source (positive) or to the sink (negative).
+    /// Residual capacity from the source (positive) or to the sink (negative).
     terminal: i32,
     layer: u32,
     /// The first direction in which something may still get through this time; 4: none.
     open: usize,
 }
 
-/// A graph whose nodes have up to four neighbours, and ties to a source and a sink.
+/// A graph whose nodes have up to four neighbours, and links to the terminals: a source and a sink.
 pub(super) struct Flow {
     nodes: Vec<Node>,
     /// Nodes by layer, or those on the way from the source to where the search is.
@@ -43,13 +43,13 @@ impl Flow {
         Ok(Self { nodes, path })
     }
 
-    /// Ties a node to the source or the sink.
-    pub fn tie(&mut self, node: usize, source: bool, capacity: i32) {
+    /// Links a node to the source or the sink (t-link).
+    pub fn terminal_link(&mut self, node: usize, source: bool, capacity: i32) {
         self.nodes[node].terminal += if source { capacity } else { -capacity };
     }
 
-    /// Lets `capacity` flow from a node to its neighbour in direction `k`. It must be linked back.
-    pub fn link(&mut self, node: usize, k: usize, neighbour: usize, capacity: i32) {
+    /// Links a node to its neighbour in direction `k` (n-link). It must be linked back.
+    pub fn neighbour_link(&mut self, node: usize, k: usize, neighbour: usize, capacity: i32) {
         self.nodes[node].next[k] = neighbour as u32;
         self.nodes[node].rest[k] = capacity;
     }

@@ -27,10 +27,10 @@ pub(super) struct Cell {
     pub side: u8,
     /// Which photo shows: nothing until it is decided.
     pub shown: u8,
-    /// What a seam through the cell costs.
+    /// Seam cost.
     pub cost: u16,
-    /// What it costs to show the target there.
-    pub doubt: u16,
+    /// Data cost of showing the target.
+    pub data_cost: u16,
     /// Number in the graph, counted from 1; 0 where there is nothing to decide.
     node: u32,
 }
@@ -59,13 +59,13 @@ impl Level {
         let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
         let (mut x, mut y) = (0, 0);
         for cell in &mut half.cells {
-            let (mut counts, mut sum, mut doubt) = ([0u32; 4], 0, 0);
+            let (mut counts, mut sum, mut data) = ([0u32; 4], 0, 0);
             for (i, j) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
                 if i < self.width && j < self.height {
                     let fine = &self.cells[j * self.width + i];
                     counts[usize::from(fine.side & BOTH)] += 1;
                     if fine.side == BOTH {
-                        (sum, doubt) = (sum + u32::from(fine.cost), doubt + u32::from(fine.doubt));
+                        (sum, data) = (sum + u32::from(fine.cost), data + u32::from(fine.data_cost));
                     }
                 }
             }
@@ -78,7 +78,7 @@ impl Level {
             };
             cell.cost = sum.checked_div(both).unwrap_or(0) as u16;
             // A cell has four times the pixels, and twice the sides of pixels: these are the unit.
-            cell.doubt = (2 * doubt).checked_div(both).unwrap_or(0).min(u32::from(u16::MAX)) as u16;
+            cell.data_cost = (2 * data).checked_div(both).unwrap_or(0).min(u32::from(u16::MAX)) as u16;
             x += 2;
             if x >= self.width {
                 (x, y) = (0, y + 2);
@@ -144,7 +144,7 @@ impl Level {
         };
         for (at, cell) in self.cells.iter().enumerate().filter(|(_, cell)| cell.node != 0) {
             let (i, own) = (cell.node as usize - 1, cost(at));
-            flow.tie(i, false, i32::from(cell.doubt));
+            flow.terminal_link(i, false, i32::from(cell.data_cost));
             for (k, (dx, dy)) in NEIGHBOURS.into_iter().enumerate() {
                 let x = (at % self.width).wrapping_add_signed(dx);
                 let y = (at / self.width).wrapping_add_signed(dy);
@@ -154,10 +154,10 @@ impl Level {
                 let other = y * self.width + x;
                 let Cell { side, shown, node, .. } = self.cells[other];
                 if node != 0 {
-                    flow.link(i, k, node as usize - 1, own + cost(other) + STEP);
+                    flow.neighbour_link(i, k, node as usize - 1, own + cost(other) + STEP);
                 } else if shown != NONE {
                     let beyond = if side == BOTH { cost(other) } else { own };
-                    flow.tie(i, shown == TARGET, own + beyond + STEP);
+                    flow.terminal_link(i, shown == TARGET, own + beyond + STEP);
                 }
             }
         }

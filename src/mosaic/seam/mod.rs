@@ -52,7 +52,7 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
 }
 
 /// Where the alignment may be wrong.
-pub(super) struct Doubt<'a> {
+pub(super) struct Reliability<'a> {
     /// On the reference's grid, where it is reliable.
     pub reliable: Option<&'a Mask>,
     /// Of the warped target's pixels: see [`crate::warp::Warped`].
@@ -63,11 +63,11 @@ pub(super) struct Doubt<'a> {
 pub(super) fn cut(
     image: &Image,
     reference: &Placed<'_>,
-    doubt: &Doubt<'_>,
+    reliability: &Reliability<'_>,
     seam: &mut Mask,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let Some(finest) = cost::finest(image, reference, doubt, seam, &mut Portion::new(observer, 0.0, 0.5))? else {
+    let Some(finest) = cost::finest(image, reference, reliability, seam, &mut Portion::new(observer, 0.0, 0.5))? else {
         return Ok(());
     };
     let mut levels = vec![finest];

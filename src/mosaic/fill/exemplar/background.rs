@@ -1,4 +1,4 @@
-//! How far away the background of a void is.
+//! The inverse depth of the background behind each void.
 
 use super::level::{Level, Void};
 use crate::Result;
@@ -8,7 +8,7 @@ use crate::image::filled;
 const DIRECTIONS: [(isize, isize); 8] = [(1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1)];
 /// The pixels at a void's border mix both sides: depth is read so many pixels further on.
 const BEYOND: usize = 3;
-/// What a chord is thought worse by that ends where nothing is known: as much as one at 45° to the right direction.
+/// The cost of a chord with an end where nothing is known: that of one at 45° to the epipolar line.
 const OPEN_END: f32 = 0.5;
 /// Where between the background and what is in front of it the limit lies.
 const SHARE: f32 = 0.5;
@@ -17,7 +17,7 @@ const SHARE: f32 = 0.5;
 /// background that came to light, and both moved along the lines through the epipole: of the two ends of such a line
 /// within the void the farther one is background. Without an epipole the shortest chord is taken.
 pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
-    let tolerance = SHARE * 0.2 * spread(level);
+    let tolerance = SHARE * 0.2 * mean_absolute_deviation(level);
     let mut least = filled(level.voids.len(), f32::INFINITY)?;
     for (dx, dy) in DIRECTIONS {
         let step = dy * level.width.cast_signed() + dx;
@@ -49,22 +49,22 @@ pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
                 let square = (ex * ex + ey * ey) * f64::from(length) * f64::from(length);
                 let off = if square > 0.0 { (across * across / square) as f32 } else { 0.0 };
                 // The length decides where nothing else does.
-                let badness = off + open + 1e-6 * chord;
-                if badness < least[number] {
-                    least[number] = badness;
+                let cost = off + open + 1e-6 * chord;
+                if cost < least[number] {
+                    least[number] = cost;
                     level.voids[number] = Void { cell: at, far, limit };
                 }
                 at = at.wrapping_add_signed(step);
             }
         }
     }
-    spread_from_edges(level, tolerance);
+    propagate_background(level, tolerance);
     Ok(())
 }
 
 /// Where both ends are about as far away, both may be in front. So what lies farther away next to such voids is
 /// taken over, and handed on.
-fn spread_from_edges(level: &mut Level, tolerance: f32) {
+fn propagate_background(level: &mut Level, tolerance: f32) {
     for backwards in [false, true, false] {
         for i in 0..level.voids.len() {
             let number = if backwards { level.voids.len() - 1 - i } else { i };
@@ -102,7 +102,7 @@ fn beyond(level: &Level, mut at: usize, step: isize) -> f32 {
 }
 
 /// Mean absolute deviation of the known depths from their mean.
-fn spread(level: &Level) -> f32 {
+fn mean_absolute_deviation(level: &Level) -> f32 {
     let known = || level.depth.iter().filter(|d| d.is_finite()).map(|&d| f64::from(d));
     let count = known().count().max(1) as f64;
     let mean = known().sum::<f64>() / count;

@@ -29,7 +29,8 @@ pub(super) struct Level {
     pub colour: Vec<[u8; 4]>,
     /// Inverse depth of known pixels, −∞ where it has no value; ∞ at all other cells.
     pub depth: Vec<f32>,
-    /// All ones where a void's patch looks, 0 at what is nearer than the background and at what is not known.
+    /// The mask of the patch comparison: all ones where pixels count, 0 at what is nearer than the background and at what is not
+    /// known.
     pub seen: Vec<u32>,
     /// Greatest depth in the patch: ∞ unless all of it is known.
     pub nearest: Vec<f32>,
@@ -37,10 +38,10 @@ pub(super) struct Level {
     pub index: Vec<u32>,
     /// Row by row.
     pub voids: Vec<Void>,
-    /// Every how many columns and rows there is a patch whose source is looked for.
+    /// Every how many columns and rows a target patch is centred.
     pub stride: usize,
-    /// Numbers of the voids that these are the patches of, counted from 0.
-    pub carriers: Vec<u32>,
+    /// Numbers of the voids at their centres, counted from 0.
+    pub centres: Vec<u32>,
 }
 
 impl Level {
@@ -58,7 +59,7 @@ impl Level {
             index: zeroed(cells)?,
             voids: Vec::new(),
             stride: 1,
-            carriers: Vec::new(),
+            centres: Vec::new(),
         })
     }
 
@@ -128,9 +129,10 @@ impl Level {
     /// Works out what comparing patches needs, one patch in `stride`×`stride` cells.
     pub fn prepare(&mut self, stride: usize) -> Result<()> {
         self.stride = stride;
-        let carries = |void: &Void| [void.cell % self.width, void.cell / self.width].iter().all(|at| at % stride == 0);
-        reserve(&mut self.carriers, self.voids.iter().filter(|void| carries(void)).count())?;
-        self.carriers.extend((0..).zip(&self.voids).filter(|(_, void)| carries(void)).map(|(number, _)| number));
+        let is_centre =
+            |void: &Void| [void.cell % self.width, void.cell / self.width].iter().all(|at| at % stride == 0);
+        reserve(&mut self.centres, self.voids.iter().filter(|void| is_centre(void)).count())?;
+        self.centres.extend((0..).zip(&self.voids).filter(|(_, void)| is_centre(void)).map(|(number, _)| number));
         self.nearest = self.greatest_in_patch()?;
         // What is too near for the void next to it. Voids farther inside see no known pixel.
         let mut limits = filled(self.depth.len(), f32::INFINITY)?;

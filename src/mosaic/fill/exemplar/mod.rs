@@ -1,7 +1,8 @@
-//! Filling with pieces of the background.
+//! Exemplar-based inpainting with patches of the background.
 //!
-//! Coarse to fine, a void's colours and the known patches that its own patches resemble most are found in turn
-//! (Y. Wexler, E. Shechtman, M. Irani, *Space-Time Completion of Video*, PAMI 2007), the patches by PatchMatch
+//! Coarse to fine, search and vote take turns: the source patch most like each target patch is searched for, then the
+//! sources vote on the voids' colours (Y. Wexler, E. Shechtman, M. Irani, *Space-Time Completion of Video*, PAMI 2007). The
+//! search is PatchMatch
 //! (C. Barnes et al., *PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing*, 2009). What
 //! inverse depth tells to be nearer than the background of a void is neither compared with nor copied.
 
@@ -19,7 +20,7 @@ use crate::rect::Rect;
 use crate::sampler::Sampler;
 use crate::{Image, Mask, Result, Stage};
 use level::{Level, Void};
-use search::Field;
+use search::NearestNeighbours;
 use vote::{vote, vote_on};
 
 const SEED: u32 = 1;
@@ -60,25 +61,25 @@ pub(super) fn fill(
     filled: &mut Vec<Filled>,
     observer: &mut dyn Observer,
 ) -> Result<bool> {
-    let reach = REACH.0 * cluster.deepest + REACH.1;
+    let reach = REACH.0 * cluster.half_width + REACH.1;
     let window = cluster.bounds.grown(reach as usize, image.size());
     let mut finest = base(image, voids, inside, guide, window)?;
     background::set_limits(&mut finest, guide.map_or([0.0; 3], |guide| guide.epipole_from(window)))?;
     let mut levels = Vec::new();
     levels.push(finest);
-    while cluster.deepest >> (levels.len() - 1) > NARROW {
+    while cluster.half_width >> (levels.len() - 1) > NARROW {
         levels.push(levels[levels.len() - 1].halved()?);
     }
     let whole = levels.len() as f32;
     let mut random = Sampler::new(SEED);
-    let mut coarser: Option<(Level, Field)> = None;
+    let mut coarser: Option<(Level, NearestNeighbours)> = None;
     while let Some(mut level) = levels.pop() {
         let effort = &EFFORTS[levels.len().min(EFFORTS.len() - 1)];
         level.prepare(if coarser.is_none() { 1 } else { effort.stride })?;
         let reach = (reach >> levels.len()) as f32;
         let found = match &coarser {
             Some((coarse, field)) => field.refined(coarse, &mut level, reach)?,
-            None => Field::random(&level, reach, &mut random)?,
+            None => NearestNeighbours::random(&level, reach, &mut random)?,
         };
         let Some(mut field) = found else {
             coarser = None;
@@ -104,21 +105,21 @@ pub(super) fn fill(
     Ok(true)
 }
 
-/// Finds better patches and what they make of the voids' colours, in turn. Calls `tick` now and then with the share done.
+/// Searches for better source patches and lets them vote on the colours, in turn. Calls `tick` now and then with the share done.
 fn search_and_vote(
     level: &mut Level,
-    field: &mut Field,
+    field: &mut NearestNeighbours,
     effort: &Effort,
     random: &mut Sampler,
     tick: &mut dyn FnMut(f32) -> Result<()>,
 ) -> Result<()> {
     for round in 0..effort.rounds {
         let backwards = round % 2 != 0;
-        for i in 0..level.carriers.len() {
+        for i in 0..level.centres.len() {
             if i % REPORT_EVERY == 0 {
                 tick(round as f32 / effort.rounds as f32)?;
             }
-            let number = level.carriers[if backwards { level.carriers.len() - 1 - i } else { i }] as usize;
+            let number = level.centres[if backwards { level.centres.len() - 1 - i } else { i }] as usize;
             field.improve(level, number, backwards, effort.radius, random);
         }
         vote(level, &field.sources);
@@ -126,11 +127,11 @@ fn search_and_vote(
     Ok(())
 }
 
-/// Fills the voids of a level from the background inwards, seeing only what is known or has been filled before. Calls
+/// Onion-peel initialisation: fills the voids of the coarsest level from the background inwards, seeing only what is known or has been filled before. Calls
 /// `tick` now and then.
 fn peel(
     level: &mut Level,
-    field: &mut Field,
+    field: &mut NearestNeighbours,
     random: &mut Sampler,
     tick: &mut dyn FnMut() -> Result<()>,
 ) -> Result<()> {

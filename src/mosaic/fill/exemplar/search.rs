@@ -1,4 +1,4 @@
-//! Which known patch looks most like the one around a void: PatchMatch.
+//! The nearest-neighbour field of PatchMatch: for the target patch around each void the source patch most like it.
 
 use wide::{i16x8, i32x4, u8x16};
 
@@ -17,7 +17,7 @@ const SMALL: f32 = (3 * SIDE * SIDE) as f32;
 /// How many places are tried at random for a void's first source.
 const FIRST_TRIES: usize = 32;
 
-/// The source of a void's patch.
+/// The source patch of a void's target patch.
 #[derive(Clone, Copy)]
 pub(super) struct Source {
     /// The cell whose patch it is.
@@ -26,15 +26,15 @@ pub(super) struct Source {
     pub weight: f32,
 }
 
-/// A source in the making.
+/// A source that is considered.
 struct Candidate {
     cell: usize,
     /// Sum of squared differences, and what depth and distance cost.
     cost: u32,
 }
 
-/// Sources at one level, one for each void.
-pub(super) struct Field {
+/// The nearest-neighbour field of one level: a source patch for each void.
+pub(super) struct NearestNeighbours {
     pub sources: Vec<Source>,
     /// The known patch that is farthest away: a source that every void may have.
     farthest: usize,
@@ -42,7 +42,7 @@ pub(super) struct Field {
     reach: f32,
 }
 
-impl Field {
+impl NearestNeighbours {
     fn new(level: &Level, reach: f32) -> Result<Option<Self>> {
         let mut farthest = 0;
         for (cell, &depth) in level.nearest.iter().enumerate() {
@@ -80,9 +80,9 @@ impl Field {
             let above = coarse.cell(x / 2, y / 2);
             level.colour[void.cell] = coarse.colour[above];
             // The next patch up there, as far apart as it is from this one.
-            let carrier =
+            let centre =
                 above - above % coarse.width % coarse.stride - above / coarse.width % coarse.stride * coarse.width;
-            let above = if coarse.index[carrier] != 0 { carrier } else { above };
+            let above = if coarse.index[centre] != 0 { centre } else { above };
             let (u, v) = coarse.position(self.sources[coarse.index[above] as usize - 1].cell);
             let (left, top) = coarse.position(above);
             let cell = level.cell((2 * u + x - 2 * left).min(width - 1), (2 * v + y - 2 * top).min(height - 1));
@@ -92,8 +92,8 @@ impl Field {
         Ok(Some(field))
     }
 
-    /// Improves the source of one void by those of the neighbours visited before it, which come behind it when going
-    /// `backwards`, and by random places within `radius` cells, halved from one to the next (Barnes et al. 2009).
+    /// One step of PatchMatch (Barnes et al. 2009). Propagation: the sources of the neighbours visited before, which come
+    /// behind when going `backwards`. Random search: places within `radius` cells, halved from one to the next.
     pub fn improve(&mut self, level: &Level, number: usize, backwards: bool, radius: usize, random: &mut Sampler) {
         let void = &level.voids[number];
         let mut best = Candidate { cell: self.sources[number].cell, cost: u32::MAX };

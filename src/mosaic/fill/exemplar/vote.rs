@@ -3,7 +3,7 @@
 use super::level::{BEFORE, Level, SIDE};
 use super::search::Source;
 
-/// Gives every void the mean of what the patches over it say.
+/// Gives every void the weighted mean of the source patches that overlap it.
 pub(super) fn vote(level: &mut Level, sources: &[Source]) {
     for number in 0..level.voids.len() {
         vote_on(level, sources, number);
