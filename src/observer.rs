@@ -36,18 +36,26 @@ pub struct Portion<'a> {
     observer: &'a mut dyn Observer,
     from: f32,
     to: f32,
+    /// The stage that is reported, whatever the step reports.
+    stage: Option<Stage>,
 }
 
 impl<'a> Portion<'a> {
     /// The step that takes a stage from one fraction to another.
     pub fn new(observer: &'a mut dyn Observer, from: f32, to: f32) -> Self {
-        Self { observer, from, to }
+        Self { observer, from, to, stage: None }
+    }
+
+    /// A step that has stages of its own, reported as a part of `stage`: a later stage may repeat an earlier one's work, but
+    /// progress does not go back.
+    pub fn of_stage(observer: &'a mut dyn Observer, stage: Stage, from: f32, to: f32) -> Self {
+        Self { stage: Some(stage), ..Self::new(observer, from, to) }
     }
 }
 
 impl Observer for Portion<'_> {
     fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        self.observer.progress(stage, self.from + (self.to - self.from) * fraction)
+        self.observer.progress(self.stage.unwrap_or(stage), self.from + (self.to - self.from) * fraction)
     }
 
     fn now(&mut self) -> f64 {

@@ -23,10 +23,24 @@ impl Observer for Recorder {
     }
 }
 
-/// Within a stage progress never goes back: a caller may ignore reports that do, as ours in JavaScript does, and with them
-/// the chance to stop.
+/// The stages in their order.
+const ORDER: [Stage; 10] = [
+    Stage::Input,
+    Stage::Detect,
+    Stage::Match,
+    Stage::Estimate,
+    Stage::Depth,
+    Stage::Refine,
+    Stage::Warp,
+    Stage::Blend,
+    Stage::Measure,
+    Stage::Fill,
+];
+
+/// Progress never goes back, within a stage or to an earlier one: a caller may ignore reports that do, as ours in JavaScript
+/// does, and with them the chance to stop.
 #[test]
-fn progress_goes_on_through_the_second_photo() {
+fn progress_never_goes_back() {
     let scene = scene::gallery();
     let matches = MatchOptions { count: 300, sigma: 0.3, outliers: 0.1, seed: 1 };
     let photos = Photos::of(&scene.render(240, 160), &matches);
@@ -38,6 +52,9 @@ fn progress_goes_on_through_the_second_photo() {
         for pair in recorder.seen.windows(2) {
             let [(stage, before), (next, fraction)] = [pair[0], pair[1]];
             assert!(next != stage || fraction >= before, "{stage} goes back from {before} to {fraction}");
+            // Guided matching repeats earlier stages, nothing else does.
+            let started = |stage: Stage| ORDER.iter().position(|other| *other == stage);
+            assert!(next == Stage::Match || started(next) >= started(stage), "{next} follows {stage}");
         }
         let detection = recorder.seen.iter().filter(|(stage, _)| *stage == Stage::Detect);
         let late = detection.filter(|(_, fraction)| *fraction > 0.5 && *fraction < 1.0).count();

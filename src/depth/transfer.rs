@@ -4,7 +4,7 @@ use super::completion::{CompletionOptions, KnownDepth};
 use super::surface::OtherView;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
 use crate::image::{filled, zeroed};
-use crate::observer::{Observer, report};
+use crate::observer::{Observer, Portion, report};
 use crate::{InverseDepth, Result, Stage};
 
 /// Inverse depth of the `other` photo (width, height), from the map of the first and the `model` that takes it there.
@@ -117,9 +117,10 @@ pub fn derive_missing(
     let saddle = InverseDepth::constant(0.0, w, h)?
         .map_indexed(|i, _| ((i % w) as f64 / w as f64 * ((i / w) as f64 / h as f64)) as f32)?;
     let options = EstimateOptions { calibration: Calibration::Off, ..options.clone() };
-    let found = estimate(matches, from, Frame { depth: Some(&saddle), ..to }, &options, observer)?;
+    let found =
+        estimate(matches, from, Frame { depth: Some(&saddle), ..to }, &options, &mut Portion::new(observer, 0.0, 0.7))?;
     if found.kind == ModelKind::Homography {
         return Ok(None);
     }
-    derive_depth(depth, &found.forward, to.size, observer)
+    derive_depth(depth, &found.forward, to.size, &mut Portion::new(observer, 0.7, 1.0))
 }

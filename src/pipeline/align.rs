@@ -10,10 +10,13 @@ use super::options::Options;
 use super::timer::StageTimer;
 use crate::depth::{Extrapolation, Prior, RefineOptions, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
-use crate::observer::Observer;
+use crate::observer::{Observer, Portion};
 use crate::report::Warning;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
+
+/// How much of the refinement of two photos alone is stereo matching, about; the rest is completion.
+const REFINEMENT: f32 = 0.6;
 
 /// Both models and both inverse-depth maps: what rendering needs besides the photos.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,9 +159,11 @@ impl Alignment<'_> {
         let prior = Prior { error, weak: kind == ModelKind::TwoView };
         let photos = [target.image, reference.image];
         let [target, reference] = self.views(target, reference);
-        let refined = refine_prior(target, reference, &forward, &reverse, prior, refine, observer)?;
-        if kind == ModelKind::TwoView {
-            match complete(&self.geometry, matches, photos, refined, options, observer)? {
+        let refining = &mut Portion::new(observer, 0.0, if prior.weak { REFINEMENT } else { 1.0 });
+        let refined = refine_prior(target, reference, &forward, &reverse, prior, refine, refining)?;
+        if prior.weak {
+            let completing = &mut Portion::of_stage(observer, Stage::Refine, REFINEMENT, 1.0);
+            match complete(&self.geometry, matches, photos, refined, options, completing)? {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
                     if extrapolation == Extrapolation::Plane {

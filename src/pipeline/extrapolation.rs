@@ -40,13 +40,14 @@ pub(super) fn complete(
     let sizes = [target, reference].map(|photo| photo.size());
     let [reliable_target, reliable_reference] = &refined.reliable;
     let other = OtherView { model: forward, size: sizes[1] };
-    let first = &mut Portion::new(observer, 0.0, 0.5);
+    let first = &mut Portion::new(observer, 0.0, 0.4);
     let mut known = KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), first)?;
     let found = best_surface(&mut known, other)?;
     let (own, extrapolation) = found.unwrap_or((refined.target, Extrapolation::Surface));
     let distorted = distortion(forward, Some(&own), sizes);
     if distorted > HOMOGRAPHY_LEAD
-        && let Some(flat) = if_possible(fit_homography(matches, sizes, &options.estimate, observer))?
+        && let Some(flat) =
+            if_possible(fit_homography(matches, sizes, &options.estimate, &mut Portion::new(observer, 0.4, 0.5)))?
         && distortion(&flat.forward, None, sizes) + HOMOGRAPHY_LEAD < distorted
     {
         return Ok(Completed::Homography(Box::new(flat)));

@@ -9,7 +9,7 @@ use crate::features::track;
 use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
-use crate::{Error, InverseDepth, Result, View};
+use crate::{Error, InverseDepth, Result, Stage, View};
 
 /// Of the inliers of one direction, the least share that must be inliers of the other direction as well.
 const CONSISTENT_SHARE: f64 = 0.5;
@@ -94,7 +94,7 @@ fn fit_to_maps<'a>(
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
     let mut maps = views.map(|view| view.depth.map(Cow::Borrowed));
-    let mut derivation = Portion::new(observer, 0.0, 0.3);
+    let mut derivation = Portion::of_stage(observer, Stage::Estimate, 0.0, 0.3);
     if options.without_depth == WithoutDepth::TwoView
         && let [target, reference] = views.map(|view| view.frame())
         && let Some(derived) = derive_missing(matches, target, reference, &options.estimate, &mut derivation)?
