@@ -58,6 +58,14 @@ export async function init(source?: WasmSource): Promise<void> {
 /**
  * Stitches two images: estimates the geometry and depth, warps, blends, fills and measures.
  *
+ * @param target is warped onto the reference; an `ImageData` fits.
+ * @param reference stays as it is.
+ * @param options matches, depth maps, options of every stage, progress and cancellation; all may be left out.
+ * @example
+ * const { mosaic, report } = await stitch(target, reference);
+ * context.putImageData(new ImageData(mosaic.data, mosaic.width, mosaic.height), 0, 0);
+ * for (const { message } of report.warnings) console.warn(message);
+ *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
  * `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
  */
@@ -102,6 +110,10 @@ export async function match(
 /**
  * Detects the features of two images and matches them.
  *
+ * @example
+ * const { matches } = await matchImages(target, reference, { matchRatio: 0.8 });
+ * const [xt, yt, xr, yr] = matches; // the first match, in pixels of target and reference
+ *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
  */
 export async function matchImages(
@@ -119,6 +131,11 @@ export async function matchImages(
 /**
  * Estimates both models from matches, without the images.
  *
+ * @param inputs sizes of the images, matches, and depth maps if there are any; without them a homography is fitted.
+ * @example
+ * const targetSize = { width: 640, height: 480 };
+ * const { forward } = await estimate({ targetSize, referenceSize: targetSize, matches });
+ *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
  * `too-large`, `out-of-memory`, `aborted`.
  */
@@ -133,6 +150,11 @@ export async function estimate(
  * The first half of `stitch`: matches, models and inverse depth. Pass the result to `warp` as geometry, and its depth
  * maps and `voidDistance` as options.
  *
+ * @param target is to be warped onto the reference.
+ * @param options those of `stitch`; the ones of later stages play no part.
+ * @example
+ * const { targetDepth, referenceDepth, voidDistance, reliable, ...geometry } = await align(target, reference);
+ *
  * @throws {StitchError} as `stitch`.
  */
 export async function align(
@@ -145,6 +167,11 @@ export async function align(
 
 /**
  * Renders the target as seen by the reference's camera.
+ *
+ * @param geometry `forward` and `reverse`: a result of `align` or `estimate`, or models of your own.
+ * @param options depth maps, which a model with parallax requires, and options of the warp.
+ * @example
+ * const warped = await warp(target, reference, geometry, { targetDepth, referenceDepth, voidDistance });
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
  */
@@ -170,6 +197,11 @@ export async function warp(
 /**
  * Composites warped target and reference: exposure compensation, seam, blending.
  *
+ * @param warped a result of `warp` or `stitch`.
+ * @param options `reliable` of `align`, so that the seam avoids what is unreliable, and options of the blending.
+ * @example
+ * const { mosaic, voidMask } = await blend(warped, reference, { reliable });
+ *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `out-of-memory`, `aborted`.
  */
 export async function blend(
@@ -188,6 +220,11 @@ export async function blend(
 
 /**
  * Cuts a rectangle out of an image, for example one of those in a result's `crop`.
+ *
+ * @param rect in whole pixels, within the image.
+ * @example
+ * const { mosaic, crop: rects } = await stitch(target, reference);
+ * const rectangular = rects.inner ? crop(mosaic, rects.inner) : mosaic;
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`.
  */

@@ -35,6 +35,8 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
         return Ok(features);
     }
     check_budget(size, options)?;
+
+    // Extrema of the difference of Gaussians, octave by octave; the octaves' levels are kept for the descriptors.
     let strong = (255.0 * options.contrast_threshold / SCALES as f64) as f32;
     let edge = options.edge_threshold;
     let limits = Limits {
@@ -49,11 +51,16 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
     }
     drop(builder);
     report(observer, Stage::Detect, 0.5)?;
+
+    // The strongest, evenly distributed.
     let grow = if options.upsample { 2 } else { 1 };
     let enough = if options.adaptive { ENOUGH } else { 0 };
     let chosen = select(&found, strong, enough, options.max_keypoints, (grow * size.0, grow * size.1))?;
     drop(found);
+
+    // Orientations and descriptors.
     describe_all(&octaves, &chosen, options, &mut features, observer)?;
+
     // From pixels of the first octave to pixels of the photo.
     let scale = [(full.0, size.0), (full.1, size.1)].map(|(full, size)| full as f32 / (grow * size) as f32);
     for keypoint in &mut features.keypoints {

@@ -82,13 +82,14 @@ impl Scanner {
         let [finer, coarser] = [level - 1, level + 1].map(|level| [y - 1, y, y + 1].map(|y| row(level, y)));
         let before = [above, finer[0], finer[1], finer[2]];
         let after = [below, coarser[0], coarser[1], coarser[2]];
+        // Four samples at a time, the cheapest tests first.
         for x in (BORDER..self.width - BORDER).step_by(4) {
             let value = load(centre, x);
             let strong = value.abs().cmp_gt(least);
             if strong.none() {
                 continue;
             }
-            // Of equal neighbours the last one is the extremum.
+            // Extremum among the four neighbours in its row and column. Of equal neighbours the last one is the extremum.
             let last = |(most, least): (f32x4, f32x4), v| (most & value.cmp_ge(v), least & value.cmp_le(v));
             let first = |(most, least): (f32x4, f32x4), v| (most & value.cmp_gt(v), least & value.cmp_lt(v));
             let mut extreme = last(last((strong, strong), load(centre, x - 1)), load(above, x));
@@ -96,6 +97,7 @@ impl Scanner {
             if (extreme.0 | extreme.1).none() {
                 continue;
             }
+            // Among all 26 in scale space.
             for i in 0..before.len() {
                 for x in x - 1..x + 2 {
                     extreme = first(last(extreme, load(before[i], x)), load(after[i], x));

@@ -47,9 +47,10 @@ pub(super) fn check(target: &Features, reference: &Features, options: &MatchOpti
     Ok(())
 }
 
-/// The pairs that pass ratio, distance and mutual test, given the nearest neighbours of target and reference, both ordered by place (with the indices
-/// before that, which the pairs get). Of those that share a place, which happens as a place may have several
-/// orientations, the nearest is kept.
+/// The pairs that pass ratio, distance and mutual test.
+///
+/// Given are the features of target and reference, ordered by place, with the indices before that, which the pairs get, and
+/// their nearest neighbours. Of pairs that share a place, as a place may have several orientations, the nearest is kept.
 pub(super) fn pairs(
     [(target, in_target), (reference, in_reference)]: &[(Features, Vec<u32>); 2],
     [of_target, of_reference]: [&[Nearest]; 2],

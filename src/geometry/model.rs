@@ -26,6 +26,15 @@ pub struct Model {
 
 impl Model {
     /// A homography: no parallax.
+    ///
+    /// ```
+    /// use depthstitch::geometry::Model;
+    /// use nalgebra::Matrix3;
+    ///
+    /// // Twice the size, and 10 pixels to the right. Depth plays no part.
+    /// let model = Model::homography(Matrix3::new(2.0, 0.0, 10.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0));
+    /// assert_eq!(model.project(3.0, 4.0, 0.5), Some([16.0, 8.0]));
+    /// ```
     pub fn homography(h: Matrix3<f64>) -> Self {
         Self { h, e: Vector3::zeros() }
     }

@@ -108,6 +108,8 @@ pub fn blend(
 ) -> Result<Mosaic> {
     check(warped, reference, reliable, options)?;
     report(observer, Stage::Blend, 0.0)?;
+
+    // The target on the canvas, and which photos are valid where.
     let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
     let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
     let mut data = Vec::new();
@@ -117,6 +119,7 @@ pub fn blend(
     let mut image = Image::from_bytes(data, width, height);
     let mut seam = seam::sides(&image, &placed)?;
 
+    // Colours, then the seam, then the transition across it.
     let reliability = seam::Reliability { reliable, confidence: warped.confidence.as_ref() };
     let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
     if options.blending == Blending::Average {
@@ -132,6 +135,8 @@ pub fn blend(
             _ => multiband::blend(&mut image, &placed, &seam, options.bands, observer)?,
         }
     }
+
+    // Voids: within the footprint, but of neither photo.
     let mut voids = Vec::new();
     reserve(&mut voids, width * height)?;
     let drawn = warped.footprint.data().iter().zip(seam.data());

@@ -4,10 +4,25 @@ use crate::image::{reserve, zeroed};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::{Image, Result};
 
-/// The largest rectangle, sides upright, in which every pixel is valid (alpha not 0); of several the topmost one, then the leftmost one. `None` when no pixel is valid.
+/// The largest axis-aligned rectangle of valid pixels only (alpha not 0).
+///
+/// Of several the topmost one, then the leftmost one. `None` when no pixel is valid.
 ///
 /// In each row the valid pixels above every column are a histogram, whose largest rectangle a stack of rising columns
 /// finds in one pass: time is proportional to the pixels, memory to a row.
+///
+/// ```
+/// use depthstitch::mosaic::crop;
+/// use depthstitch::{Image, Rect};
+///
+/// // A picture of 4×3 pixels whose top left corner is empty.
+/// let mut pixels = [[90, 90, 90, 255]; 12];
+/// pixels[0] = [0; 4];
+/// let image = Image::new(pixels.concat(), 4, 3)?;
+/// assert_eq!(crop::inner(&image)?, Some(Rect { x: 1, y: 0, width: 3, height: 3 }));
+/// assert_eq!(crop::bounds(&image), Some(Rect { x: 0, y: 0, width: 4, height: 3 }));
+/// # Ok::<(), Box<depthstitch::Error>>(())
+/// ```
 ///
 /// # Errors
 /// `out-of-memory`.

@@ -142,3 +142,120 @@ pub(super) fn ransac<E: Estimator>(
     best.trials += trials;
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::points::Point;
+
+    /// u = x + a, v = y + b: the simplest model there is, through a single match.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Translation([f64; 2]);
+
+    impl Residual for Translation {
+        fn squared_error(&self, p: &Point) -> f64 {
+            let [dx, dy] = [p.u - p.x - self.0[0], p.v - p.y - self.0[1]];
+            dx * dx + dy * dy
+        }
+    }
+
+    struct TranslationEstimator;
+
+    impl Estimator for TranslationEstimator {
+        type Model = Translation;
+
+        fn sample_size(&self) -> usize {
+            1
+        }
+
+        fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Translation> {
+            sample.iter().map(|&i| Translation([points[i].u - points[i].x, points[i].v - points[i].y])).collect()
+        }
+
+        fn refit(&self, points: &Points, inliers: &[bool], _: &Translation) -> Option<Translation> {
+            let inliers = points.select(inliers);
+            let n = inliers.len() as f64;
+            let mean = |shift: fn(&Point) -> f64| inliers.iter().map(shift).sum::<f64>() / n;
+            (n > 0.0).then(|| Translation([mean(|p| p.u - p.x), mean(|p| p.v - p.y)]))
+        }
+
+        fn refine(&self, points: &Points, inliers: &[bool], start: &Translation, _: f64) -> Option<Translation> {
+            self.refit(points, inliers, start)
+        }
+    }
+
+    const TRUE: [f64; 2] = [0.3, -0.2];
+
+    /// 100 matches with noise of at most 0.001, and `outliers` more that are anywhere.
+    fn matches(outliers: usize) -> Points {
+        let mut random = Sampler::new(7);
+        let mut number = || random.below(1 << 20) as f64 / f64::from(1 << 19) - 1.0;
+        let mut points = Points::default();
+        for i in 0..100 + outliers {
+            let ([x, y], [dx, dy]) = ([number(), number()], [number(), number()]);
+            let [a, b] = if i < 100 { [TRUE[0] + 0.001 * dx, TRUE[1] + 0.001 * dy] } else { [dx, dy] };
+            points.push([x, y], 0.0, [x + a, y + b]);
+        }
+        points
+    }
+
+    const CONFIG: Config = Config {
+        scales: Scales([0.04, 0.02, 0.01]),
+        confidence: 0.99,
+        max_trials: 1000,
+        min_trials: 0,
+        local_iterations: 5,
+    };
+
+    fn search(points: &Points, config: &Config, seed: u32) -> Found<Translation> {
+        let all: Vec<usize> = (0..points.len()).collect();
+        ransac(&TranslationEstimator, points, &all, config, &mut Sampler::new(seed), Found::none())
+    }
+
+    #[test]
+    fn the_model_is_found_among_60_percent_outliers() {
+        for seed in 0..20 {
+            let found = search(&matches(150), &CONFIG, seed);
+            let Translation([a, b]) = found.model.unwrap();
+            assert!((a - TRUE[0]).abs() < 5e-4 && (b - TRUE[1]).abs() < 5e-4, "{a}, {b}");
+            // ln 0.01 / ln 0.6 is 9.01.
+            assert!((1..=60).contains(&found.trials), "{} trials", found.trials);
+        }
+    }
+
+    #[test]
+    fn limits_of_the_trials_are_kept() {
+        let points = matches(150);
+        for (min_trials, max_trials) in [(0, 1), (0, 3), (40, 1000), (1000, 1000)] {
+            let found = search(&points, &Config { min_trials, max_trials, ..CONFIG }, 1);
+            assert!((min_trials.max(1)..=max_trials).contains(&found.trials), "{} trials", found.trials);
+        }
+        // Without outliers one sample is enough.
+        assert_eq!(search(&matches(0), &CONFIG, 1).trials, 1);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_result() {
+        let points = matches(150);
+        // A single sample, so that the result shows which one it was.
+        let config = Config { max_trials: 1, local_iterations: 0, ..CONFIG };
+        let run = |seed| search(&points, &config, seed).model;
+        assert_eq!(run(3), run(3));
+        assert!((4..20).any(|seed| run(seed) != run(3)), "the seed makes no difference");
+    }
+
+    #[test]
+    fn too_few_matches_give_no_model() {
+        let found = search(&Points::default(), &CONFIG, 1);
+        assert!(found.model.is_none() && found.cost.is_infinite() && found.trials == 0);
+    }
+
+    #[test]
+    fn a_better_start_is_kept() {
+        let points = matches(150);
+        let best = search(&points, &Config { min_trials: 500, ..CONFIG }, 1);
+        let again = ransac(&TranslationEstimator, &points, &[120, 130], &CONFIG, &mut Sampler::new(1), best);
+        assert_eq!(again.model, best.model);
+        assert!(again.trials > best.trials, "trials add up");
+    }
+}
