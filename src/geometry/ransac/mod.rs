@@ -72,9 +72,9 @@ impl<M: Residual + Copy> Found<M> {
     }
 
     /// Replaces the model by a better one, and improves that on its inliers. Returns whether it was better.
-    fn replace_if_better<E: Estimator<Model = M>>(
+    fn replace_if_better(
         &mut self,
-        estimator: &E,
+        estimator: &dyn Estimator<Model = M>,
         points: &Points,
         config: &Config,
         model: M,
@@ -110,22 +110,21 @@ impl<M: Residual + Copy> Found<M> {
 
 /// Draws samples from the matches `population`, scores their models on all of `points`, and returns the best, `start`
 /// included. Trials add up.
-pub(super) fn ransac<E: Estimator>(
-    estimator: &E,
+pub(super) fn ransac<M: Residual + Copy>(
+    estimator: &dyn Estimator<Model = M>,
     points: &Points,
     population: &[usize],
     config: &Config,
     sampler: &mut Sampler,
-    start: Found<E::Model>,
-) -> Found<E::Model> {
+    start: Found<M>,
+) -> Found<M> {
     let mut best = start;
     let size = estimator.sample_size();
     if population.len() < size {
         return best;
     }
-    let needed = |best: &Found<E::Model>| {
-        config.trials_needed(best.inlier_ratio(points, population, config.scales.narrowest()), size)
-    };
+    let needed =
+        |best: &Found<M>| config.trials_needed(best.inlier_ratio(points, population, config.scales.narrowest()), size);
     let mut limit = needed(&best);
     let mut trials = 0;
     let mut sample = vec![0; size];
