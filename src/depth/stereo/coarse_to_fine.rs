@@ -18,9 +18,10 @@ const SMALLEST: usize = 32;
 /// little. Neither does it with a weak prior, as only a smooth surface is made of what is found.
 const MOST: usize = 6_000_000;
 /// Of the pixels inside the other photo one in so many has to be reliable for the others to keep their matches. Tuned on the
-/// evaluation cases.
+/// evaluation cases: flat between 5 and 10.
 const FEW: usize = 5;
-/// Share of the diagonal over which corrections fade into the prior where nothing is known. Tuned on the evaluation cases.
+/// Share of the diagonal over which corrections fade into the prior where nothing is known. Tuned on the evaluation cases:
+/// PSNR, coverage and bending are flat between 0.025 and 0.1.
 const FADING: f32 = 0.05;
 
 /// One photo, and the correction of its map. Corrections are in pixels along the epipolar line.

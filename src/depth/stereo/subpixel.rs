@@ -10,7 +10,8 @@ use crate::image::zeroed;
 use crate::lanes::LANES;
 
 /// Pixels between the two places of the other photo that a slope is taken from: the unit of all shifts below, the most that
-/// a shift changes, and how different those of neighbours may be. Tuned on the evaluation cases, as all below.
+/// a shift changes, and how different those of neighbours may be. Tuned on the evaluation cases, as all below:
+/// PSNR, coverage and bending are flat between half and twice of each, but for COHESION, where 5 bends 2 % less.
 pub(super) const SPAN: f32 = 0.8;
 /// Sum of squared slopes, in gray levels, at which half of the change is applied, where the prior is not exact.
 const DAMPING: f32 = 96.0;

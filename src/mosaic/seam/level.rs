@@ -5,13 +5,15 @@ use super::{BOTH, NONE, REFERENCE, TARGET, islands};
 use crate::image::{defaults, zeroed};
 use crate::{Mask, Result};
 
-/// What a step of the seam costs in itself.
+/// What a step of the seam costs in itself. Tuned on the evaluation cases: flat between 8 and 16, at 32 there are 3 % more
+/// visible steps.
 const STEP: i32 = 16;
-/// An island is at least one in so many of the cells that both photos cover.
+/// An island is at least one in so many of the cells that both photos cover. Flat between 200 and 800 on the evaluation cases.
 const ISLANDS: usize = 400;
-/// Cells from the present seam that a finer level may move it.
+/// Cells from the present seam that a finer level may move it. Flat between 1 and 4 on the evaluation cases.
 const BAND: usize = 2;
-/// What a cell of the coarsest level costs on top next to where only one photo is valid, and two cells away half of it.
+/// What a cell of the coarsest level costs on top next to where only one photo is valid, and two cells away half of it. Tuned
+/// on the evaluation cases: flat between 160 and 320.
 const BORDER: u16 = 160;
 
 /// Extra costs near borders, on the coarsest grid.
