@@ -1,7 +1,7 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
 use super::pull_push::Level;
-use super::surface::{Equations, Extrapolation, OtherView, sample_step};
+use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_step};
 use super::transfer::for_each_landing;
 use crate::features::{LineSegmentOptions, line_segments};
 use crate::geometry::{DepthSample, Model};
@@ -20,18 +20,18 @@ const BORDER: f64 = 0.03;
 const REACH: f64 = 0.03;
 
 /// How depth is completed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompletionOptions {
     /// Whether what is reliable stays as it is. Otherwise the surface replaces it, too: then neighbours keep together and
     /// straight lines straight, which noise and edges of the depth do not leave them.
     pub keep_reliable: bool,
-    /// How depth goes on outside of the other photo.
-    pub extrapolation: Extrapolation,
+    /// Of the surface.
+    pub shape: SurfaceShape,
 }
 
 impl Default for CompletionOptions {
     fn default() -> Self {
-        Self { keep_reliable: true, extrapolation: Extrapolation::Surface }
+        Self { keep_reliable: true, shape: SurfaceShape::default() }
     }
 }
 
@@ -55,12 +55,13 @@ pub fn complete_depth(
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
     let other = OtherView { model, size: other };
-    Ok(KnownDepth::of(depth, photo, other, reliable, observer)?.completed(options)?.unwrap_or_else(|| depth.clone()))
+    let known = KnownDepth::of(depth, photo, other, reliable, &[], observer)?;
+    Ok(known.completed(options)?.unwrap_or_else(|| depth.clone()))
 }
 
 /// As [`complete_depth`] of the reference's map `own`; but near the photo's border, where few windows could be compared and both
 /// maps soon disagree, what is not reliable is where the `target`'s map leads: there both are one surface. `models` lead from the
-/// target to the reference and back.
+/// target to the reference and back. `matches`, points of the reference of known depth, take part in the surface.
 ///
 /// # Errors
 /// Those of [`complete_depth`].
@@ -70,6 +71,7 @@ pub fn complete_reference_depth(
     target: &InverseDepth,
     models: [&Model; 2],
     reliable: &Mask,
+    matches: &[DepthSample],
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
@@ -91,7 +93,8 @@ pub fn complete_reference_depth(
     })?;
     let known = InverseDepth::from_values(known, w, h);
     let other = OtherView { model: models[1], size: target.size() };
-    Ok(KnownDepth::new(known, Some(photo), other, observer)?.completed(options)?.unwrap_or_else(|| own.clone()))
+    let known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
+    Ok(known.completed(options)?.unwrap_or_else(|| own.clone()))
 }
 
 /// What is known of the depth of a photo, ready to be completed in one way or another.
@@ -104,12 +107,13 @@ pub(crate) struct KnownDepth<'a> {
 }
 
 impl<'a> KnownDepth<'a> {
-    /// Of a map, what is reliable and lands inside of the other photo.
+    /// Of a map, what is reliable and lands inside of the other photo; and of `matches`.
     pub fn of(
         depth: &InverseDepth,
         photo: Option<ImageView<'_>>,
         other: OtherView<'a>,
         reliable: Option<&Mask>,
+        matches: &[DepthSample],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let (w, size) = (depth.width(), depth.size());
@@ -133,14 +137,15 @@ impl<'a> KnownDepth<'a> {
                 if within { d } else { f32::NAN }
             }));
         }
-        Self::new(InverseDepth::from_values(known, size.0, size.1), photo, other, observer)
+        Self::new(InverseDepth::from_values(known, size.0, size.1), photo, other, matches, observer)
     }
 
-    /// Of a map that is NaN where it is not known.
+    /// Of a map that is NaN where it is not known, and of `matches`.
     pub fn new(
         depth: InverseDepth,
         photo: Option<ImageView<'_>>,
         other: OtherView<'a>,
+        matches: &[DepthSample],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
@@ -155,7 +160,7 @@ impl<'a> KnownDepth<'a> {
                 }
             }
         }
-        let equations = if samples.len() < LEAST_SAMPLES {
+        let equations = if samples.len() + matches.len() < LEAST_SAMPLES {
             None
         } else {
             let segments = match photo {
@@ -163,25 +168,29 @@ impl<'a> KnownDepth<'a> {
                 None => Vec::new(),
             };
             report(observer, Stage::Depth, 0.5)?;
-            Equations::new(&samples, (w, h), photo, &segments, &other)?
+            Equations::new(&samples, matches, (w, h), photo, &segments, &other)?
         };
         Ok(Self { depth, equations, other })
     }
 
+    /// The surface through it; `None` when hardly anything is known.
+    pub fn surface(&mut self, shape: SurfaceShape) -> Result<Option<Surface>> {
+        self.equations.as_mut().map_or(Ok(None), |equations| equations.solve(&self.other, shape))
+    }
+
     /// A whole map; `None` when hardly anything is known.
-    pub fn completed(&mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
-        let (size, values) = (self.depth.size(), self.depth.data());
-        let Some(equations) = &mut self.equations else { return Ok(None) };
-        let Some(surface) = equations.solve(&self.other, options.extrapolation)? else { return Ok(None) };
-        let mut filled = surface.dense(size)?;
+    pub(super) fn completed(mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
+        let Some(surface) = self.surface(options.shape)? else { return Ok(None) };
+        let ((w, h), values) = (self.depth.size(), self.depth.data());
+        let mut filled = surface.dense((w, h))?;
         if options.keep_reliable {
-            let details = Level::of(size.0, &filled, values)?.continued(0.5 * REACH * diagonal(size))?;
-            for (y, (row, known)) in filled.chunks_exact_mut(size.0).zip(values.chunks_exact(size.0)).enumerate() {
+            let details = Level::of(w, &filled, values)?.continued(0.5 * REACH * diagonal((w, h)))?;
+            for (y, (row, known)) in filled.chunks_exact_mut(w).zip(values.chunks_exact(w)).enumerate() {
                 for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
                     *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };
                 }
             }
         }
-        Ok(Some(InverseDepth::from_values(filled, size.0, size.1)))
+        Ok(Some(InverseDepth::from_values(filled, w, h)))
     }
 }

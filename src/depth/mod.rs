@@ -15,7 +15,7 @@ pub use completion::{CompletionOptions, complete_depth, complete_reference_depth
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};
-pub use surface::Extrapolation;
-pub(crate) use surface::OtherView;
+pub use surface::{Extrapolation, SurfaceShape};
+pub(crate) use surface::{OtherView, Surface};
 pub use transfer::{derive_depth, derive_missing};
 pub use two_view::{TwoView, two_view};

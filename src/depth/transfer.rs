@@ -35,7 +35,7 @@ pub fn derive_depth(
     })?;
     let seen = InverseDepth::from_values(seen, w, h);
     let other = OtherView { model: &reverse, size: depth.size() };
-    KnownDepth::new(seen, None, other, observer)?.completed(&CompletionOptions::default())
+    KnownDepth::new(seen, None, other, &[], observer)?.completed(&CompletionOptions::default())
 }
 
 /// Calls `put` with the index of every pixel of the `other` photo (width, height) that a pixel of the map covers there, its

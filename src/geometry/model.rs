@@ -83,6 +83,18 @@ impl Model {
         (length > 0.0).then(|| (line[0] * u + line[1] * v + line[2]).abs() / length)
     }
 
+    /// The inverse depth of (x, y) that projects it to the point of its epipolar line closest to its match (u, v). `None` without
+    /// parallax, and at the epipole.
+    pub fn triangulate(&self, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> Option<f64> {
+        let far = self.h * Vector3::new(x, y, 1.0);
+        let line = self.e.cross(&far);
+        let offset = (line[0] * u + line[1] * v + line[2]) / (line[0] * line[0] + line[1] * line[1]);
+        let place = Vector3::new(u - offset * line[0], v - offset * line[1], 1.0);
+        let across = place.cross(&self.e);
+        let depth = -across.dot(&place.cross(&far)) / across.norm_squared();
+        depth.is_finite().then_some(depth)
+    }
+
     /// By how many pixels the image of (x, y) moves per unit of inverse depth, at d: |∂x'/∂d|.
     pub fn parallax(&self, [x, y]: [f64; 2], d: f64) -> f64 {
         let [u, v, w] = self.transform(x, y, d);

@@ -19,3 +19,4 @@ pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::FillGuide;
+pub(crate) use seam::{Choice, predict as predict_seam};

@@ -3,20 +3,23 @@
 
 use super::models::{fit_homography, if_possible};
 use super::options::Options;
-use crate::depth::{CompletionOptions, Extrapolation, KnownDepth, OtherView, Refined, complete_reference_depth};
-use crate::geometry::{Estimate, Match, Model, anisotropy};
-use crate::metrics::bending;
+use super::prediction::Prediction;
+use crate::depth::{
+    CompletionOptions, Extrapolation, KnownDepth, OtherView, Refined, Surface, SurfaceShape, complete_reference_depth,
+};
+use crate::geometry::{DepthSample, Estimate, Match, Model};
 use crate::observer::{Observer, Portion};
 use crate::{ImageView, InverseDepth, Result};
 
-/// A surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane there. Tuned on 25
-/// real pairs: 0.9 and less looks right, 1.6 and more does not.
-const MOST_BENDING: f64 = 1.3;
-/// What a per cent of bending counts, next to a unit of anisotropy.
-const BENDING_WEIGHT: f64 = 0.15;
-/// By how much less a homography has to distort, as it misses whatever is nearer or farther than its plane. Tuned on the
-/// evaluation cases: depth looks as good or better up to 0.5, worse at 0.9.
-const HOMOGRAPHY_LEAD: f64 = 0.7;
+/// The surfaces to choose from. A soft one aligns more, a stiff one distorts less; which looks better depends on the scene.
+const SHAPES: [SurfaceShape; 4] = [
+    SurfaceShape { stiffness: 1.0, extrapolation: Extrapolation::Surface },
+    SurfaceShape { stiffness: 1.0, extrapolation: Extrapolation::Plane },
+    SurfaceShape { stiffness: 16.0, extrapolation: Extrapolation::Surface },
+    SurfaceShape { stiffness: 16.0, extrapolation: Extrapolation::Plane },
+];
+/// By how much better a homography has to look, as it misses whatever is nearer or farther than its plane.
+const HOMOGRAPHY_LEAD: f64 = 0.1;
 
 /// What takes the place of refined depth when there are two photos and nothing else.
 pub(super) enum Completed {
@@ -36,54 +39,69 @@ pub(super) fn complete(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Completed> {
-    let [forward, reverse] = [&geometry.forward, &geometry.reverse];
-    let sizes = [target, reference].map(|photo| photo.size());
+    let photos = [target, reference];
+    let models = [&geometry.forward, &geometry.reverse];
+    let [tracked_target, tracked_reference] = [0, 1].map(|side| tracked(geometry, matches, side));
     let [reliable_target, reliable_reference] = &refined.reliable;
-    let other = OtherView { model: forward, size: sizes[1] };
+    let other = OtherView { model: models[0], size: reference.size() };
     let first = &mut Portion::new(observer, 0.0, 0.4);
-    let mut known = KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), first)?;
-    let found = best_surface(&mut known, other)?;
-    let (own, extrapolation) = found.unwrap_or((refined.target, Extrapolation::Surface));
-    let distorted = distortion(forward, Some(&own), sizes);
-    if distorted > HOMOGRAPHY_LEAD
-        && let Some(flat) =
-            if_possible(fit_homography(matches, sizes, &options.estimate, &mut Portion::new(observer, 0.4, 0.5)))?
-        && distortion(&flat.forward, None, sizes) + HOMOGRAPHY_LEAD < distorted
+    let mut known =
+        KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &tracked_target, first)?;
+    let prediction = Prediction::new(photos)?;
+    let Some(best) = best_surface(&mut known, &prediction, models[0])? else {
+        return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
+    };
+    let sizes = photos.map(|photo| photo.size());
+    let fitting = &mut Portion::new(observer, 0.4, 0.5);
+    if let Some(flat) = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?
+        && prediction.flaws(&flat.forward, &|_| 0.0)? + HOMOGRAPHY_LEAD < best.flaws
     {
         return Ok(Completed::Homography(Box::new(flat)));
     }
-    let options = CompletionOptions { keep_reliable: false, extrapolation };
-    let (models, second) = ([forward, reverse], &mut Portion::new(observer, 0.5, 1.0));
-    let others =
-        complete_reference_depth(&refined.reference, reference, &own, models, reliable_reference, &options, second)?;
-    Ok(Completed::Surfaces([own, others], extrapolation))
+    let own = InverseDepth::from_values(best.surface.dense(target.size())?, target.width(), target.height());
+    let options = CompletionOptions { keep_reliable: false, shape: best.shape };
+    let (own_reference, second) = (&refined.reference, &mut Portion::new(observer, 0.5, 1.0));
+    let others = complete_reference_depth(
+        own_reference,
+        reference,
+        &own,
+        models,
+        reliable_reference,
+        &tracked_reference,
+        &options,
+        second,
+    )?;
+    Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
 }
 
-/// How far what a model shows outside the reference is from keeping shapes as they are; 0 for a similarity. `sizes` are those of
-/// target and reference.
-fn distortion(model: &Model, depth: Option<&InverseDepth>, [target, reference]: [(usize, usize); 2]) -> f64 {
-    let at = |x: f64, y: f64| depth.map_or(0.0, |depth| depth.sample(x, y));
-    let leaning = anisotropy(model, target, &at, Some(reference)).unwrap_or(0.0);
-    leaning + BENDING_WEIGHT * bending(target, model, depth, reference).unwrap_or(0.0)
-}
-
-/// A surface through what is known of the target's depth, and how it was extrapolated: as a plane where going on would bend too
-/// much. `None` when hardly anything is known.
-fn best_surface(known: &mut KnownDepth<'_>, reference: OtherView<'_>) -> Result<Option<(InverseDepth, Extrapolation)>> {
-    let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
-        let surface = known.completed(&CompletionOptions { keep_reliable: false, extrapolation })?;
-        Ok(surface.map(|surface| {
-            let size = surface.size();
-            let bent = bending(size, reference.model, Some(&surface), reference.size).unwrap_or(0.0);
-            (bent, surface)
-        }))
+/// Inliers among the matches with their depth in the target (side 0) or the reference (1).
+fn tracked(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
+    let model = [&geometry.forward, &geometry.reverse][side];
+    let inliers = matches.iter().zip(&geometry.inliers).filter(|(_, inlier)| **inlier);
+    let sample = |m: &Match| {
+        let ends = [m.target, m.reference];
+        let (point, depth) = (ends[side], model.triangulate(ends[side], ends[1 - side])?);
+        Some(DepthSample { point, depth, parallax: model.parallax(point, depth) })
     };
-    let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
-    if bent > MOST_BENDING
-        && let Some((less, plane)) = completed(Extrapolation::Plane)?
-        && less < bent
-    {
-        return Ok(Some((plane, Extrapolation::Plane)));
+    inliers.filter_map(|(m, _)| sample(m)).collect()
+}
+
+/// A surface of the target, and how it would look.
+struct Candidate {
+    surface: Surface,
+    shape: SurfaceShape,
+    flaws: f64,
+}
+
+/// The surface through what is known of the target's depth that would look best; `None` when hardly anything is known.
+fn best_surface(known: &mut KnownDepth<'_>, prediction: &Prediction, model: &Model) -> Result<Option<Candidate>> {
+    let mut best: Option<Candidate> = None;
+    for shape in SHAPES {
+        let Some(surface) = known.surface(shape)? else { continue };
+        let flaws = prediction.flaws(model, &|point| surface.at(point))?;
+        if best.as_ref().is_none_or(|best| flaws < best.flaws) {
+            best = Some(Candidate { surface, shape, flaws });
+        }
     }
-    Ok(Some((surface, Extrapolation::Surface)))
+    Ok(best)
 }

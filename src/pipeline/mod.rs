@@ -18,6 +18,7 @@ mod features;
 mod memory;
 mod models;
 mod options;
+mod prediction;
 mod timer;
 
 use std::borrow::Cow;

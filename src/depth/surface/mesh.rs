@@ -18,10 +18,8 @@ const BENDING: f64 = 4.0;
 const COLOUR: f64 = 14.0;
 /// But to no less than this share.
 const LEAST_ALIKE: f64 = 0.01;
-/// Second differences in pixels of parallax beyond which the surface rather breaks.
-const CREASE: f64 = 0.3;
 /// Pull to the background, where nothing else is known: of slopes and of values, as shares of the bending's weight.
-const BACKGROUND: [f64; 2] = [1e-4, 1e-6];
+const BACKGROUND: [f64; 2] = [3e-3, 1e-6];
 /// The same of values far outside the other photo, and less before, so that both photos still agree near the border. Tuned on the
 /// evaluation cases: at 0.001 things still lean, at 0.01 they are squeezed.
 const FAR_OUTSIDE: f64 = 0.004;
@@ -98,9 +96,14 @@ impl Mesh {
         ((self.spacing / 4.0) as usize).max(1)
     }
 
-    /// What the samples say; those of a whole cell together weigh 1.
-    pub fn data(&self, samples: &[DepthSample], plane: [f64; 3], parallax: f64, out: &mut Vec<Term>) {
+    /// What one sample weighs if they are [`Self::sample_step`] apart: those of a whole cell together weigh 1.
+    pub fn sample_weight(&self) -> f64 {
         let per_side = self.spacing / self.sample_step() as f64;
+        1.0 / (per_side * per_side)
+    }
+
+    /// What the samples say.
+    pub fn data(&self, samples: &[DepthSample], weight: f64, plane: [f64; 3], parallax: f64, out: &mut Vec<Term>) {
         out.extend(samples.iter().map(|s| {
             let (nodes, weights) = self.cell(s.point);
             let ratio = (s.parallax / parallax).clamp(0.1, 10.0);
@@ -108,14 +111,15 @@ impl Mesh {
                 nodes,
                 coefficients: weights.map(|w| w * ratio),
                 target: (s.depth - plane_depth(plane, s.point)) * parallax * ratio,
-                weight: 1.0 / (per_side * per_side),
+                weight,
                 inverse_scale: 1.0,
             }
         }));
     }
 
     /// Second differences, and a weak pull of slopes to the background.
-    pub fn smoothness(&self, photo: Option<ImageView<'_>>, out: &mut Vec<Term>) {
+    pub fn smoothness(&self, photo: Option<ImageView<'_>>) -> Vec<Term> {
+        let mut out = Vec::with_capacity(5 * self.len());
         let mut colours = Vec::with_capacity(self.len());
         let side = (0.8 * self.spacing).max(1.0) as usize;
         for y in 0..self.rows {
@@ -135,11 +139,11 @@ impl Mesh {
             }
             least.max(LEAST_ALIKE)
         };
-        let mut push = |points: &[[usize; 2]], coefficients: [f64; 4], weight: f64, inverse_scale: f64| {
+        let mut push = |points: &[[usize; 2]], coefficients: [f64; 4], weight: f64| {
             if points.iter().all(|[x, y]| *x < self.columns && *y < self.rows) {
                 let mut nodes = [self.node(points[0][0], points[0][1]); 4];
                 nodes.iter_mut().zip(points).for_each(|(node, [x, y])| *node = self.node(*x, *y));
-                out.push(Term { nodes, coefficients, target: 0.0, weight: weight * BENDING, inverse_scale });
+                out.push(Term { nodes, coefficients, target: 0.0, weight: weight * BENDING, inverse_scale: 0.0 });
             }
         };
         for y in 0..self.rows {
@@ -147,25 +151,32 @@ impl Mesh {
                 for step in [[1, 0], [0, 1]] {
                     let points = [0, 1, 2].map(|k| [x + k * step[0], y + k * step[1]]);
                     if points[1][0] < self.columns && points[1][1] < self.rows {
-                        push(&points[..2], [-1.0, 1.0, 0.0, 0.0], BACKGROUND[0] * alike(&points[..2]), 0.0);
+                        push(&points[..2], [-1.0, 1.0, 0.0, 0.0], BACKGROUND[0] * alike(&points[..2]));
                     }
                     if points[2][0] < self.columns && points[2][1] < self.rows {
                         // Those on both sides belong together when neither differs from the one between.
                         let weight = alike(&points[..2]).min(alike(&points[1..]));
-                        push(&points, [1.0, -2.0, 1.0, 0.0], weight, 1.0 / CREASE);
+                        push(&points, [1.0, -2.0, 1.0, 0.0], weight);
                     }
                 }
                 if x + 1 < self.columns && y + 1 < self.rows {
                     let points = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
-                    push(&points, [1.0, -1.0, -1.0, 1.0], 2.0 * alike(&points), 1.0 / CREASE);
+                    push(&points, [1.0, -1.0, -1.0, 1.0], 2.0 * alike(&points));
                 }
             }
         }
+        out
     }
 
     /// Pull of the values to the background: of all of them weakly, and with `other` more of those that land outside of that
     /// photo. `depth` is what the vertices have now.
-    pub fn pull(&self, depth: &dyn Fn(usize, [f64; 2]) -> f64, other: Option<&OtherView<'_>>, out: &mut Vec<Term>) {
+    pub fn pull(
+        &self,
+        stiffness: f64,
+        depth: &dyn Fn(usize, [f64; 2]) -> f64,
+        other: Option<&OtherView<'_>>,
+        out: &mut Vec<Term>,
+    ) {
         out.extend(self.vertices().map(|(node, point)| {
             let far = other.map_or(0.0, |other| {
                 let distance = other.distance(point, depth(node, point));
@@ -176,7 +187,7 @@ impl Mesh {
                 nodes: [node; 4],
                 coefficients: [1.0, 0.0, 0.0, 0.0],
                 target: 0.0,
-                weight: BENDING * (BACKGROUND[1] + FAR_OUTSIDE * far),
+                weight: stiffness * BENDING * (BACKGROUND[1] + FAR_OUTSIDE * far),
                 inverse_scale: 0.0,
             }
         }));

@@ -31,6 +31,22 @@ pub enum Extrapolation {
     Plane,
 }
 
+/// How a surface goes through what is known, and beyond it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceShape {
+    /// How much less it bends than by default, which is 1: a stiffer one gives up what is nearer or farther than the things
+    /// around it rather than distort them.
+    pub stiffness: f64,
+    /// How depth goes on outside of the other photo.
+    pub extrapolation: Extrapolation,
+}
+
+impl Default for SurfaceShape {
+    fn default() -> Self {
+        Self { stiffness: 1.0, extrapolation: Extrapolation::Surface }
+    }
+}
+
 /// The other photo, outside of which nothing is known.
 #[derive(Clone, Copy)]
 pub(crate) struct OtherView<'a> {
@@ -50,21 +66,20 @@ impl OtherView<'_> {
     }
 }
 
-/// The equations of a surface, but for how it is extrapolated. What they solve for are deviations from a plane of the
-/// background, in pixels of parallax.
+/// The equations of a surface, but for how stiff it is and how it is extrapolated. What they solve for are deviations from a plane
+/// of the background, in pixels of parallax.
 pub(super) struct Equations {
     mesh: Mesh,
     plane: [f64; 3],
     /// Pixels per unit of inverse depth that most samples move by.
     parallax: f64,
-    /// The samples', those of smoothness, then the pull to the background, which is different in every pass.
-    terms: Vec<Term>,
-    pulls: usize,
+    data: Vec<Term>,
+    smoothness: Vec<Term>,
     lines: Vec<Line>,
 }
 
 /// Values at the vertices of a regular mesh, bilinear between them.
-pub(super) struct Surface {
+pub(crate) struct Surface {
     mesh: Mesh,
     values: Vec<f64>,
 }
@@ -76,42 +91,52 @@ fn robust(residual: f64, late: bool) -> f64 {
 }
 
 impl Equations {
-    /// For `samples` of a photo of this size: its surface bends where the photo has edges rather than elsewhere, is affine along
-    /// the `segments`, and far from all samples the background's plane.
+    /// For `samples` of a photo of this size, [`sample_step`] apart, and its `matches`, each of which counts as a whole cell of the
+    /// mesh: the surface bends where the photo has edges rather than elsewhere, is affine along the `segments`, and far from all
+    /// samples the background's plane.
     ///
-    /// `None` when the samples do not determine a plane.
+    /// `None` when they do not determine a plane.
     pub fn new(
         samples: &[DepthSample],
+        matches: &[DepthSample],
         size: (usize, usize),
         photo: Option<ImageView<'_>>,
         segments: &[LineSegment],
         other: &OtherView<'_>,
     ) -> Result<Option<Self>> {
         let mesh = Mesh::over(size);
-        let Some(plane) = background(samples, size, other) else { return Ok(None) };
-        let Some(parallax) = median(samples.iter().map(|s| s.parallax).collect()) else { return Ok(None) };
+        let all = [samples, matches].concat();
+        let Some(plane) = background(&all, size, other) else { return Ok(None) };
+        let Some(parallax) = median(all.iter().map(|s| s.parallax).collect()) else { return Ok(None) };
         if !parallax.is_normal() {
             return Ok(None);
         }
-        let mut terms = Vec::new();
-        reserve(&mut terms, samples.len() + 8 * mesh.len())?;
-        mesh.data(samples, plane, parallax, &mut terms);
-        mesh.smoothness(photo, &mut terms);
-        let (pulls, lines) = (terms.len(), lines::along(&mesh, segments, size));
-        Ok(Some(Self { mesh, plane, parallax, terms, pulls, lines }))
+        let mut data = Vec::new();
+        reserve(&mut data, all.len())?;
+        mesh.data(samples, mesh.sample_weight(), plane, parallax, &mut data);
+        mesh.data(matches, 1.0, plane, parallax, &mut data);
+        let smoothness = mesh.smoothness(photo);
+        let lines = lines::along(&mesh, segments, size);
+        Ok(Some(Self { mesh, plane, parallax, data, smoothness, lines }))
     }
 
     /// The surface, by reweighted least squares; `None` where they do not determine it.
-    pub fn solve(&mut self, other: &OtherView<'_>, extrapolation: Extrapolation) -> Result<Option<Surface>> {
-        let Self { mesh, plane, parallax, terms, pulls, lines } = self;
+    pub fn solve(&mut self, other: &OtherView<'_>, shape: SurfaceShape) -> Result<Option<Surface>> {
+        let Self { mesh, plane, parallax, data, smoothness, lines } = self;
+        let SurfaceShape { stiffness, extrapolation } = shape;
+        let mut terms = Vec::new();
+        reserve(&mut terms, data.len() + smoothness.len() + mesh.len())?;
+        terms.extend_from_slice(data);
+        terms.extend(smoothness.iter().map(|term| Term { weight: stiffness * term.weight, ..*term }));
+        let fixed = terms.len();
         let mut values = vec![0.0; mesh.len()];
         for pass in 0..PASSES {
-            terms.truncate(*pulls);
+            terms.truncate(fixed);
             // At first nothing is known of where the vertices land.
             let other = Some(other).filter(|_| pass > 0 && extrapolation == Extrapolation::Plane);
             let depth = |node: usize, point: [f64; 2]| values[node] / *parallax + plane_depth(*plane, point);
-            mesh.pull(&depth, other, terms);
-            let Some(next) = solve::reweighted(mesh, terms, lines, &values, pass)? else { return Ok(None) };
+            mesh.pull(stiffness, &depth, other, &mut terms);
+            let Some(next) = solve::reweighted(mesh, &terms, lines, &values, pass)? else { return Ok(None) };
             values = next;
         }
         for (node, point) in mesh.vertices() {
@@ -122,6 +147,12 @@ impl Equations {
 }
 
 impl Surface {
+    /// Inverse depth at a point of the photo.
+    pub fn at(&self, point: [f64; 2]) -> f64 {
+        let (nodes, weights) = self.mesh.cell(point);
+        nodes.iter().zip(weights).map(|(&node, weight)| weight * self.values[node]).sum()
+    }
+
     /// A map of the photo's size, row by row.
     pub fn dense(&self, (w, h): (usize, usize)) -> Result<Vec<f32>> {
         let mut out = Vec::new();

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::depth::banded::{Banded, Factor, add_scaled, dot};
 
 /// Steps of the conjugate gradients at most, and the share of the residual they leave.
-const STEPS: usize = 40;
+const STEPS: usize = 12;
 const TOLERANCE: f64 = 1e-3;
 
 /// One reweighted solution.

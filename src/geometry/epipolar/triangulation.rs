@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::fundamental::Fundamental;
-use crate::geometry::model::depth_derivative;
+use crate::geometry::model::Model;
 use crate::geometry::plane::{DepthSample, dominant_plane, plane_depth};
 use crate::geometry::points::{Point, Points, Projection, transform};
 use crate::geometry::ransac::score::count;
@@ -37,9 +37,10 @@ pub(super) fn plane_parallax(
     unit: f64,
 ) -> Option<(Projection, Vec<Triangulated>)> {
     let e = f.epipole()?;
-    let mut projection = joined(e.cross_matrix() * f.0, e);
+    let model = Model { h: e.cross_matrix() * f.0, e };
+    let mut projection = joined(model.h, e);
     let inlying = points.iter().enumerate().filter(|(i, _)| inliers[*i]);
-    let mut matches: Vec<_> = inlying.filter_map(|(i, point)| triangulate(i, point, f, &projection)).collect();
+    let mut matches: Vec<_> = inlying.filter_map(|(i, point)| triangulate(i, point, &model)).collect();
     // The third coordinate of all matches in front of both cameras has the same sign.
     let in_front: Vec<bool> = matches.iter().map(|m| third(&projection, m) > 0.0).collect();
     let positive = 2 * count(in_front.iter().copied()) >= in_front.len();
@@ -81,21 +82,12 @@ fn third(p: &Projection, m: &Triangulated) -> f64 {
     transform(p, m.target[0], m.target[1], m.depth[0])[2]
 }
 
-/// The g that projects a match to the point of its epipolar line that is closest to its place in the reference.
-fn triangulate(index: usize, point: &Point, f: &Fundamental, p: &Projection) -> Option<Triangulated> {
-    let Point { x, y, u, v, .. } = *point;
-    let line = f.0 * Vector3::new(x, y, 1.0);
-    let offset = (line[0] * u + line[1] * v + line[2]) / (line[0] * line[0] + line[1] * line[1]);
-    let place = [u - offset * line[0], v - offset * line[1]];
-    let e = p.column(3).into_owned();
-    let homogeneous = Vector3::new(place[0], place[1], 1.0);
-    let across = homogeneous.cross(&e);
-    let depth = -across.dot(&homogeneous.cross(&Vector3::from(transform(p, x, y, 0.0)))) / across.norm_squared();
-    let w = transform(p, x, y, depth)[2];
-    let [du, dv] = depth_derivative(&e, place, w);
-    let parallax = (du * du + dv * dv).sqrt();
-    let found = Triangulated { index, target: [x, y], depth: [depth, depth], parallax };
-    (depth.is_finite() && parallax.is_normal()).then_some(found)
+/// A match with the g that projects it closest to its place in the reference.
+fn triangulate(index: usize, point: &Point, model: &Model) -> Option<Triangulated> {
+    let target = [point.x, point.y];
+    let depth = model.triangulate(target, [point.u, point.v])?;
+    let parallax = model.parallax(target, depth);
+    parallax.is_normal().then_some(Triangulated { index, target, depth: [depth, depth], parallax })
 }
 
 /// Drops the matches whose depth hardly any of their neighbours confirms: an outlier that meets the epipolar constraint by

@@ -19,6 +19,9 @@ const RADIUS: usize = 2;
 const ROWS: usize = 2 * RADIUS + 1;
 /// Seam cost per level of that difference. Tuned on the evaluation cases: flat between 4 and 8, at 16 steps are 4 % fewer.
 const STEP: i32 = 8;
+/// A difference of so many levels costs twice as much, so that the seam rather goes a long way round an object than a short one
+/// through it. Tuned on 13 real pairs, both ways round: flat from 8 to 32.
+const OBJECT: i32 = 16;
 /// Additional cost of a pixel that the refinement found unreliable.
 const UNRELIABLE: i32 = 40;
 /// Data cost of the target at a pixel of confidence 0 that looks nothing like the reference. Between 16 and 64 visible steps
@@ -71,12 +74,16 @@ pub(super) fn finest(
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
-            let cost = STEP * apart + change + extra;
-            cell.cost = cost.clamp(0, i32::from(u16::MAX / 2)) as u16;
+            cell.cost = seam_cost(apart, change + extra);
             cell.data_cost = (DATA_COST * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
         }
     }
     Ok(Some(level))
+}
+
+/// Seam cost where the photos differ by `apart` levels, summed over three channels, plus `extra`.
+pub(super) fn seam_cost(apart: i32, extra: i32) -> u16 {
+    (STEP * apart + STEP * apart * apart / OBJECT + extra).clamp(0, i32::from(u16::MAX / 2)) as u16
 }
 
 /// The lanes that are red, green and blue.

@@ -11,6 +11,7 @@ mod level;
 
 use super::canvas::Placed;
 use crate::distance::{distance, to_outside};
+use crate::image::reserve;
 use crate::observer::{Observer, Portion, report};
 use crate::{Image, Mask, Result, Stage};
 use level::Level;
@@ -49,6 +50,35 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
         *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
     }
     Ok(())
+}
+
+/// A cell of a [`predict`]ed seam.
+#[derive(Clone, Copy)]
+pub(crate) enum Choice {
+    /// Only the target is valid.
+    Target,
+    /// Only the reference is.
+    Reference,
+    /// Both are, and differ by so many levels, summed over three channels.
+    Both(f32),
+}
+
+/// Whether the target would show in the cells of a grid of this width: a seam of one resolution, for a prediction.
+pub(crate) fn predict(choices: &[Choice], width: usize) -> Result<Vec<bool>> {
+    let mut level = Level::empty(0, 0, width, choices.len() / width.max(1))?;
+    for (cell, choice) in level.cells.iter_mut().zip(choices) {
+        (cell.side, cell.cost) = match *choice {
+            Choice::Target => (TARGET, 0),
+            Choice::Reference => (REFERENCE, 0),
+            Choice::Both(apart) => (BOTH, cost::seam_cost(apart as i32, 0)),
+        };
+    }
+    let borders = level.borders()?;
+    level.cut(None, &borders, 0)?;
+    let mut target = Vec::new();
+    reserve(&mut target, choices.len())?;
+    target.extend(level.cells.iter().map(|cell| cell.shown == TARGET));
+    Ok(target)
 }
 
 /// Where the alignment may be wrong.
