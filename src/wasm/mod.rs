@@ -38,24 +38,15 @@ mod specs;
 #[cfg(feature = "wasm-core")]
 mod stages;
 
-use wasm_bindgen::prelude::wasm_bindgen;
-
 /// Smaller than the standard library's allocator and as sparing with memory.
 #[global_allocator]
 static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_allocator();
 
 /// The public types, part of the declarations of every module.
-#[wasm_bindgen(typescript_custom_section)]
+#[wasm_bindgen::prelude::wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = include_str!("types.d.ts");
 
-#[wasm_bindgen]
-extern "C" {
-    #[wasm_bindgen(js_namespace = console)]
-    fn error(message: &str);
-}
-
-/// A panic ends in a trap, whose message would only be "unreachable".
-#[wasm_bindgen(start)]
+#[wasm_bindgen::prelude::wasm_bindgen(start)]
 fn start() {
-    std::panic::set_hook(Box::new(|panic| error(&panic.to_string())));
+    console_error_panic_hook::set_once();
 }
