@@ -110,7 +110,7 @@ pub fn blend(
     check(warped, reference, reliable, options)?;
     report(observer, Stage::Blend, 0.0)?;
     let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
-    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
+    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1, masked: false };
     let mut data = Vec::new();
     reserve(&mut data, canvas.len())?;
     data.extend_from_slice(canvas);

@@ -7,6 +7,7 @@
 mod average;
 mod blend;
 mod canvas;
+mod composition;
 pub mod crop;
 mod exposure;
 mod feather;
@@ -17,6 +18,7 @@ mod seam;
 mod span;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+pub use composition::{Added, Composition};
 pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::FillGuide;

@@ -1,0 +1,145 @@
+//! Rotation and direction of translation of a pair of photos, for a known focal length.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::bundle::nearest_rotation;
+use super::self_calibration::essential;
+use super::{Lens, PairLink};
+use crate::geometry::ModelKind;
+use crate::statistics::median;
+
+/// A calibrated homography whose images are this close to those of a rotation, in pixels, at the median, is one.
+const TURNED: f64 = 3.0;
+
+/// The motion from the first photo of a pair to the second.
+#[derive(Debug, Clone)]
+pub(super) struct RelativePose {
+    pub photos: [usize; 2],
+    pub rotation: Matrix3<f64>,
+    /// Of length 1; `None` if the camera only turned, or nearly so.
+    pub direction: Option<Vector3<f64>>,
+    /// How much it says: the number of matches.
+    pub weight: f64,
+}
+
+/// Rays of both photos.
+type Rays = [Vector3<f64>; 2];
+
+/// The pose of a pair; `focals` are those of its photos, in diagonals. `None` if the pair has none.
+pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
+    let rays: Vec<Rays> = link
+        .centred_matches(lenses)
+        .iter()
+        .map(|ends| [0, 1].map(|k| Vector3::new(ends[k][0] / focals[k], ends[k][1] / focals[k], 1.0)))
+        .collect();
+    let model = link.centred(lenses);
+    let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
+    let pose = |rotation, direction| RelativePose {
+        photos: link.photos,
+        rotation,
+        direction,
+        weight: link.matches.len() as f64,
+    };
+    if link.kind == ModelKind::TwoView {
+        let matrix = if focals[0] == focals[1] {
+            essential(&model.e.cross_matrix(), &model.h, focals[0])
+        } else {
+            scaled(focals[1]) * model.e.cross_matrix() * model.h * scaled(focals[0])
+        };
+        let (rotation, direction) = in_front(&rays, &decompose(&matrix)?)?;
+        return Some(pose(rotation, Some(direction)));
+    }
+    let calibrated = scaled(1.0 / focals[1]) * model.h * scaled(focals[0]);
+    let rotation = nearest_rotation(calibrated)?;
+    let pixels = focals[1] * crate::rect::diagonal(lenses[link.photos[1]].size);
+    let distance = |[from, to]: &Rays| {
+        let p = rotation * from;
+        pixels * ((p[0] / p[2] - to[0] / to[2]).powi(2) + (p[1] / p[2] - to[1] / to[2]).powi(2)).sqrt()
+    };
+    if median(rays.iter().map(distance).collect())? <= TURNED {
+        return Some(pose(rotation, None));
+    }
+    let candidates = decompose_homography(&calibrated)?;
+    let (rotation, direction) = in_front(&rays, &candidates)?;
+    Some(pose(rotation, Some(direction)))
+}
+
+/// The rotation that comes closest to the homography of a pair's dominant plane: its motion, if the cameras only turned.
+pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
+    let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
+    let rotation = nearest_rotation(scaled(1.0 / focals[1]) * link.centred(lenses).h * scaled(focals[0]))?;
+    Some(RelativePose { photos: link.photos, rotation, direction: None, weight: link.matches.len() as f64 })
+}
+
+/// The four motions of an essential matrix (Hartley & Zisserman, *Multiple View Geometry*, 9.6).
+fn decompose(essential: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f64>)>> {
+    let svd = essential.svd(true, true);
+    let (mut u, mut v_t) = (svd.u?, svd.v_t?);
+    // In descending order; nalgebra sorts.
+    if u.determinant() < 0.0 {
+        u = -u;
+    }
+    if v_t.determinant() < 0.0 {
+        v_t = -v_t;
+    }
+    let w = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let direction = u.column(2).into_owned();
+    let mut found = Vec::new();
+    for rotation in [u * w * v_t, u * w.transpose() * v_t] {
+        found.push((rotation, direction));
+        found.push((rotation, -direction));
+    }
+    Some(found)
+}
+
+/// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
+/// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
+fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f64>)>> {
+    let mut values: [f64; 3] = (h.transpose() * h).symmetric_eigenvalues().into();
+    values.sort_unstable_by(f64::total_cmp);
+    let h = h / values[1].max(0.0).sqrt();
+    let eigen = (h.transpose() * h).symmetric_eigen();
+    let mut order = [0usize, 1, 2];
+    order.sort_unstable_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let [first, second, third] = order.map(|i| (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned()));
+    let difference = (first.0 - third.0).max(1e-12).sqrt();
+    let (a, b) = ((1.0 - third.0).max(0.0).sqrt() / difference, (first.0 - 1.0).max(0.0).sqrt() / difference);
+    let mut found = Vec::new();
+    for u in [first.1 * a + third.1 * b, first.1 * a - third.1 * b] {
+        let from = Matrix3::from_columns(&[second.1, u, second.1.cross(&u)]);
+        let (second, turned) = (h * second.1, h * u);
+        let to = Matrix3::from_columns(&[second, turned, second.cross(&turned)]);
+        let rotation = nearest_rotation(to * from.transpose())?;
+        let normal = from.column(2).into_owned();
+        let translation = (h - rotation) * normal;
+        let sign = if normal[2] < 0.0 { -1.0 } else { 1.0 };
+        let length = translation.norm();
+        if length > 0.0 {
+            found.push((normal[2].abs(), rotation, translation * (sign / length)));
+        }
+    }
+    found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    Some(found.into_iter().map(|(_, rotation, translation)| (rotation, translation)).collect())
+}
+
+/// The motion that has most of the matches in front of both cameras; the first of several.
+fn in_front(rays: &[Rays], candidates: &[(Matrix3<f64>, Vector3<f64>)]) -> Option<(Matrix3<f64>, Vector3<f64>)> {
+    let count = |(rotation, t): &(Matrix3<f64>, Vector3<f64>)| {
+        let ahead = |[from, to]: &&Rays| {
+            // z' x' = z R x + t: cross products with x' and with R x leave either depth.
+            let far = rotation * from;
+            let across = to.cross(&far);
+            across.dot(&t.cross(to)) > 0.0 && across.dot(&t.cross(&far)) > 0.0
+        };
+        rays.iter().filter(ahead).count()
+    };
+    let mut best: Option<(usize, &(Matrix3<f64>, Vector3<f64>))> = None;
+    for candidate in candidates {
+        let found = count(candidate);
+        // A homography's motions differ little in this: by a tenth at least.
+        if best.is_none_or(|(most, _)| found > most + most / 10) {
+            best = Some((found, candidate));
+        }
+    }
+    best.map(|(_, found)| *found)
+}
