@@ -66,7 +66,11 @@ pub fn two_view(
 }
 
 /// The dense map of one photo through `ends`, relative to a plane and of mean square 1 there, and its spread: see [`TwoView`].
-pub(crate) fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer) -> Result<(InverseDepth, f64)> {
+pub(crate) fn dense(
+    ends: &[DepthSample],
+    image: ImageView<'_>,
+    observer: &mut dyn Observer,
+) -> Result<(InverseDepth, f64)> {
     // All points are localised alike, so a depth is the better known the more it moves its point.
     let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
     let mut samples: Vec<Sample> = ends

@@ -3,6 +3,7 @@
 //! | file | what it holds | in TypeScript |
 //! |---|---|---|
 //! | `stages.rs` | the exported functions | `js/index.ts`, by way of `js/core.ts` |
+//! | `many.rs` | the one for any number of photos | the same |
 //! | `codecs.rs` | the second module: PNG and JPEG | `js/codecs.ts` |
 //! | `signatures.rs` | names of the types in their declarations | `types.d.ts` |
 //! | `photos.rs`, `inputs.rs` | arguments, checked against the sizes that go with them | `js/check.ts` |
@@ -17,6 +18,8 @@ mod codecs;
 
 #[cfg(feature = "wasm-core")]
 mod inputs;
+#[cfg(feature = "wasm-core")]
+mod many;
 #[cfg(feature = "wasm-core")]
 mod observer;
 #[cfg(feature = "wasm-core")]

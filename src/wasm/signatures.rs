@@ -67,6 +67,15 @@ extern "C" {
     /// `Appearance`.
     #[wasm_bindgen(typescript_type = "Appearance")]
     pub type AppearanceObject;
+    /// The photos of `stitchMany`.
+    #[wasm_bindgen(typescript_type = "readonly PhotoInput[]")]
+    pub type PhotoInputs;
+    /// What `stitchMany` takes besides them.
+    #[wasm_bindgen(typescript_type = "ManyInputs")]
+    pub type ManyInputs;
+    /// `StitchManyResult`.
+    #[wasm_bindgen(typescript_type = "StitchManyResult")]
+    pub type StitchManyResult;
     /// `StitchResult`.
     #[wasm_bindgen(typescript_type = "StitchResult")]
     pub type StitchResult;

@@ -293,7 +293,7 @@ pub fn appearance(
 }
 
 /// Runs `f`, which starts with `stage`, and turns its error into a JavaScript one that names the stage it came from.
-fn observed(
+pub(super) fn observed(
     stage: Stage,
     on_progress: &JsValue,
     f: &mut dyn FnMut(&mut JsObserver) -> Result<JsValue>,

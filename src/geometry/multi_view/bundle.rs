@@ -8,11 +8,11 @@ use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::calibrated::small_rotation;
 
-/// Where the robust cost goes from square to linear, in pixels.
+/// Where the robust cost goes from square to linear, in standard deviations.
 const HUBER: f64 = 1.5;
 /// What a landmark costs whose image is behind a camera: as much as one this far off, in pixels.
 const BEHIND: f64 = 50.0;
-/// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as a pixel: only
+/// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as one standard deviation: only
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
 /// Where least squares stop: when a step reduces the cost by less than this fraction.
@@ -112,10 +112,13 @@ struct Step {
     depths: Vec<f64>,
 }
 
-/// Huber's cost of a squared error, and its weight.
-fn huber(square: f64) -> (f64, f64) {
+/// Huber's cost of a squared error, and its weight; both in standard deviations.
+fn huber(square: f64, noise: f64) -> (f64, f64) {
+    let square = square / (noise * noise);
     let error = square.sqrt();
-    if error <= HUBER { (0.5 * square, 1.0) } else { (HUBER * (error - 0.5 * HUBER), HUBER / error) }
+    let (cost, weight) =
+        if error <= HUBER { (0.5 * square, 1.0) } else { (HUBER * (error - 0.5 * HUBER), HUBER / error) };
+    (cost, weight / (noise * noise))
 }
 
 fn cost(scene: &Scene, focal: [f64; 2]) -> f64 {
@@ -125,7 +128,7 @@ fn cost(scene: &Scene, focal: [f64; 2]) -> f64 {
         sum += 0.5 * off * off;
         for o in &landmark.seen {
             let square = scene.appearance(landmark, o).map(|a| a.error[0] * a.error[0] + a.error[1] * a.error[1]);
-            sum += huber(square.unwrap_or(BEHIND * BEHIND)).0;
+            sum += huber(square.unwrap_or(BEHIND * BEHIND), scene.noise).0;
         }
     }
     let off = (scene.log_focal - focal[0]) / focal[1];
@@ -171,10 +174,10 @@ impl Equations {
         let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::new() };
         for o in &landmark.seen {
             let Some(row) = Row::of(scene, unknowns, landmark, o) else {
-                self.cost += huber(BEHIND * BEHIND).0;
+                self.cost += huber(BEHIND * BEHIND, scene.noise).0;
                 continue;
             };
-            let (cost, weight) = huber(row.error[0] * row.error[0] + row.error[1] * row.error[1]);
+            let (cost, weight) = huber(row.error[0] * row.error[0] + row.error[1] * row.error[1], scene.noise);
             self.cost += cost;
             for (k, error) in row.error.iter().enumerate() {
                 let slopes = &row.slopes[..row.count];
@@ -265,10 +268,8 @@ impl Row {
         let turned = |v: Vector3<f64>| -(slope * v.cross_matrix());
         let of_anchor = slope * rotation * (ray - from.translation * w).cross_matrix();
         let shift = slope * w;
-        let ends = [
-            (o.photo, turned(p - to.translation * w), shift),
-            (landmark.anchor.photo, of_anchor, -(shift * rotation)),
-        ];
+        let ends =
+            [(o.photo, turned(p - to.translation * w), shift), (landmark.anchor.photo, of_anchor, -(shift * rotation))];
         for (photo, turn, shift) in ends {
             if let Some(at) = unknowns.offsets[photo] {
                 (0..3).for_each(|k| put(at + k, turn[(0, k)], turn[(1, k)]));

@@ -50,23 +50,14 @@ enum Solved {
 pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView {
     let focal = calibrate(lenses, links);
     let focals = |link: &PairLink| link.photos.map(|photo| focal.value * focal.shares[photo]);
-    let poses: Vec<Option<RelativePose>> =
-        links.iter().map(|link| relative_pose(link, lenses, focals(link))).collect();
+    let poses: Vec<Option<RelativePose>> = links.iter().map(|link| relative_pose(link, lenses, focals(link))).collect();
     let known: Vec<RelativePose> = poses.iter().flatten().cloned().collect();
     let rotations = average(&known, lenses.len(), root);
     let contradicts = |pose: &RelativePose| contradiction(pose, &rotations).is_some_and(|angle| angle > CONTRADICTION);
-    let contradicting: Vec<usize> = poses
-        .iter()
-        .enumerate()
-        .filter(|(_, pose)| pose.as_ref().is_some_and(contradicts))
-        .map(|(i, _)| i)
-        .collect();
-    let consistent: Vec<PairLink> = links
-        .iter()
-        .enumerate()
-        .filter(|(i, _)| !contradicting.contains(i))
-        .map(|(_, link)| link.clone())
-        .collect();
+    let contradicting: Vec<usize> =
+        poses.iter().enumerate().filter(|(_, pose)| pose.as_ref().is_some_and(contradicts)).map(|(i, _)| i).collect();
+    let consistent: Vec<PairLink> =
+        links.iter().enumerate().filter(|(i, _)| !contradicting.contains(i)).map(|(_, link)| link.clone()).collect();
     let poses: Vec<RelativePose> = known.into_iter().filter(|pose| !contradicts(pose)).collect();
     let rotations = average(&poses, lenses.len(), root);
     let tracks = tracks(lenses, &consistent);
@@ -163,7 +154,7 @@ impl MultiView {
             Solved::Scene(scene) => scene.model(&self.lenses, photos),
             Solved::Chain(chain, _) => {
                 let [from, to] = photos.map(|photo| &self.lenses[photo]);
-                Some(Model::homography(to.to_pixels() * chain.between(photos)? * from.from_pixels()))
+                Some(Model::homography(to.to_pixels() * chain.between(photos)? * from.to_centred()))
             }
         }
     }

@@ -75,6 +75,7 @@ pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: 
             scene.normalise();
         }
         adjust(scene, root, freedom, prior, MANY);
+        scene.estimate_noise();
     }
     scene.triangulate(tracks, TOLERANCE);
     if freedom == Freedom::Poses {

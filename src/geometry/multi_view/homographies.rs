@@ -1,6 +1,6 @@
 //! Chained homographies: each photo's to a root, along the spanning tree and then adjusted together, so that loops close.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix2x3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector3};
 
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
@@ -137,9 +137,12 @@ fn huber(square: f64) -> (f64, f64) {
     if error <= HUBER { (0.5 * square, 1.0) } else { (HUBER * (error - 0.5 * HUBER), HUBER / error) }
 }
 
+/// What is called with the photos of a transfer, its map, the point and where it should be.
+type Each<'a> = dyn FnMut([usize; 2], &Matrix3<f64>, Vector3<f64>, [f64; 2]) + 'a;
+
 impl Problem<'_> {
-    /// Calls `each` with every transfer of a match: from and to, the map, the point, and where it should be.
-    fn transfers(&self, chain: &Chain, each: &mut dyn FnMut([usize; 2], &Matrix3<f64>, Vector3<f64>, [f64; 2])) {
+    /// Calls `each` with every transfer of a match.
+    fn transfers(&self, chain: &Chain, each: &mut Each<'_>) {
         for edge in self.edges {
             let [a, b] = edge.photos;
             let (Some(forth), Some(back)) = (chain.between([a, b]), chain.between([b, a])) else { continue };

@@ -57,7 +57,7 @@ impl Lens {
     }
 
     /// From pixels to centred coordinates.
-    fn from_pixels(self) -> Matrix3<f64> {
+    fn to_centred(self) -> Matrix3<f64> {
         let ([cx, cy], scale) = (self.centre(), 1.0 / diagonal(self.size));
         Matrix3::new(scale, 0.0, -scale * cx, 0.0, scale, -scale * cy, 0.0, 0.0, 1.0)
     }
@@ -65,7 +65,7 @@ impl Lens {
     /// The calibration matrix K of a focal length in diagonals, and its inverse.
     fn calibration(&self, focal: f64) -> [Matrix3<f64>; 2] {
         let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
-        [self.to_pixels() * scaled(focal), scaled(1.0 / focal) * self.from_pixels()]
+        [self.to_pixels() * scaled(focal), scaled(1.0 / focal) * self.to_centred()]
     }
 }
 
@@ -88,7 +88,7 @@ impl PairLink {
     /// The model in centred coordinates of both photos.
     fn centred(&self, lenses: &[Lens]) -> Model {
         let [a, b] = self.photos.map(|photo| &lenses[photo]);
-        let to = b.from_pixels();
+        let to = b.to_centred();
         Model { h: to * self.model.h * a.to_pixels(), e: to * self.model.e }
     }
 

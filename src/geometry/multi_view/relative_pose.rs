@@ -22,6 +22,8 @@ pub(super) struct RelativePose {
     pub weight: f64,
 }
 
+/// R and t.
+type Motion = (Matrix3<f64>, Vector3<f64>);
 /// Rays of both photos.
 type Rays = [Vector3<f64>; 2];
 
@@ -72,7 +74,7 @@ pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option
 }
 
 /// The four motions of an essential matrix (Hartley & Zisserman, *Multiple View Geometry*, 9.6).
-fn decompose(essential: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f64>)>> {
+fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
     let svd = essential.svd(true, true);
     let (mut u, mut v_t) = (svd.u?, svd.v_t?);
     // In descending order; nalgebra sorts.
@@ -94,7 +96,7 @@ fn decompose(essential: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f64>
 
 /// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
 /// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
-fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f64>)>> {
+fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
     let mut values: [f64; 3] = (h.transpose() * h).symmetric_eigenvalues().into();
     values.sort_unstable_by(f64::total_cmp);
     let h = h / values[1].max(0.0).sqrt();
@@ -123,8 +125,8 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<(Matrix3<f64>, Vector3<f
 }
 
 /// The motion that has most of the matches in front of both cameras; the first of several.
-fn in_front(rays: &[Rays], candidates: &[(Matrix3<f64>, Vector3<f64>)]) -> Option<(Matrix3<f64>, Vector3<f64>)> {
-    let count = |(rotation, t): &(Matrix3<f64>, Vector3<f64>)| {
+fn in_front(rays: &[Rays], candidates: &[Motion]) -> Option<Motion> {
+    let count = |(rotation, t): &Motion| {
         let ahead = |[from, to]: &&Rays| {
             // z' x' = z R x + t: cross products with x' and with R x leave either depth.
             let far = rotation * from;
@@ -133,7 +135,7 @@ fn in_front(rays: &[Rays], candidates: &[(Matrix3<f64>, Vector3<f64>)]) -> Optio
         };
         rays.iter().filter(ahead).count()
     };
-    let mut best: Option<(usize, &(Matrix3<f64>, Vector3<f64>))> = None;
+    let mut best: Option<(usize, &Motion)> = None;
     for candidate in candidates {
         let found = count(candidate);
         // A homography's motions differ little in this: by a tenth at least.

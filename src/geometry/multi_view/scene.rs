@@ -6,6 +6,11 @@ use super::Lens;
 use super::tracks::{Observation, Track};
 use crate::geometry::Model;
 use crate::rect::diagonal;
+use crate::statistics::{RAYLEIGH_MEDIAN, median};
+
+/// Features are not localised better, nor kept if they are worse, in pixels.
+const LEAST_NOISE: f64 = 0.1;
+const MOST_NOISE: f64 = 1.0;
 
 /// A camera in the scene: X_cam = R X + t.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +56,8 @@ pub(super) struct Scene {
     /// Pixels per diagonal.
     pub diagonals: Vec<f64>,
     pub landmarks: Vec<Landmark>,
+    /// Standard deviation of the places of landmarks, in pixels.
+    pub noise: f64,
 }
 
 /// How a landmark appears.
@@ -69,6 +76,7 @@ impl Scene {
             shares,
             diagonals: lenses.iter().map(|lens| diagonal(lens.size)).collect(),
             landmarks: Vec::new(),
+            noise: MOST_NOISE,
         }
     }
 
@@ -102,7 +110,8 @@ impl Scene {
 
     /// The distance in pixels of a landmark's image from where it was seen.
     pub fn distance(&self, landmark: &Landmark, o: &Observation) -> f64 {
-        self.appearance(landmark, o).map_or(f64::INFINITY, |a| (a.error[0] * a.error[0] + a.error[1] * a.error[1]).sqrt())
+        self.appearance(landmark, o)
+            .map_or(f64::INFINITY, |a| (a.error[0] * a.error[0] + a.error[1] * a.error[1]).sqrt())
     }
 
     /// Makes landmarks anew of all tracks that two placed photos or more see within `tolerance` pixels of one point.
@@ -140,10 +149,19 @@ impl Scene {
         Some(if square > 1e-14 { product / square } else { 0.0 })
     }
 
+    /// Estimates the noise by the errors as they are.
+    pub fn estimate_noise(&mut self) {
+        let errors =
+            self.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(|o| self.distance(landmark, o)));
+        if let Some(error) = median(errors.collect()) {
+            self.noise = (error / RAYLEIGH_MEDIAN).clamp(LEAST_NOISE, MOST_NOISE);
+        }
+    }
+
     /// Scales the scene so that the median inverse depth is 1.
     pub fn normalise(&mut self) {
         let depths: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.depth).collect();
-        let Some(scale) = crate::statistics::median(depths).filter(|scale| *scale > 0.0 && scale.is_normal()) else { return };
+        let Some(scale) = median(depths).filter(|scale| *scale > 0.0 && scale.is_normal()) else { return };
         self.landmarks.iter_mut().for_each(|landmark| landmark.depth /= scale);
         self.cameras.iter_mut().flatten().for_each(|camera| camera.translation *= scale);
     }

@@ -39,7 +39,6 @@ pub struct ManyAlignment {
 /// [`refine`](crate::depth::refine).
 pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<ManyAlignment> {
     check(photos, options)?;
-    Budget::of(photos, &options.stages).check((0, 0))?;
     let mut timer = StageTimer::start(observer);
     align_timed(photos, options, observer, &mut timer)
 }
@@ -68,8 +67,7 @@ pub(super) fn align_timed(
         focal: photo.focal.or(stages.estimate.focal),
     };
     let lenses: Vec<Lens> = photos.iter().map(lens).collect();
-    let inside: Vec<PairLink> =
-        graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
+    let inside: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let root = options.reference.unwrap_or(group[0]);
     let geometry = multi_view(&lenses, &inside, root);
     for link in geometry.contradicting.iter().filter_map(|&i| inside.get(i)) {
@@ -127,20 +125,42 @@ impl ManyAlignment {
     }
 }
 
-pub(super) fn check(photos: &[Photo<'_>], options: &ManyOptions) -> Result<()> {
-    let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value }.into());
-    if !PHOTOS.contains(&photos.len()) {
-        return invalid("photos", "from 2 to 30 photos", photos.len() as f64);
-    }
-    if let Some(reference) = options.reference.filter(|reference| *reference >= photos.len()) {
-        return invalid("reference", "the index of a photo", reference as f64);
-    }
-    for focal in photos.iter().filter_map(|photo| photo.focal).chain(options.stages.estimate.focal) {
-        if !(focal > 0.0 && focal.is_finite()) {
-            return invalid("focalLength", "a positive number", focal);
+/// Refuses what cannot be stitched; the memory that the rest may take.
+pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Result<Budget<'a>> {
+    for value in photos.iter().filter_map(|photo| photo.focal).chain(options.stages.estimate.focal) {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
         }
     }
-    Ok(())
+    check_sizes(photos.iter().map(|photo| (photo.image.width(), photo.image.height())), options)
+}
+
+/// As [`check`], by the photos' sizes alone.
+pub(crate) fn check_sizes(
+    sizes: impl ExactSizeIterator<Item = (usize, usize)>,
+    options: &ManyOptions,
+) -> Result<Budget<'_>> {
+    let count = sizes.len();
+    check_count(count)?;
+    if let Some(reference) = options.reference.filter(|reference| *reference >= count) {
+        return Err(Error::InvalidArgument {
+            name: "reference",
+            expected: "the index of a photo",
+            value: reference as f64,
+        }
+        .into());
+    }
+    let budget = Budget::of(sizes, &options.stages);
+    budget.check((0, 0))?;
+    Ok(budget)
+}
+
+/// Refuses too few photos, and too many.
+pub(crate) fn check_count(count: usize) -> Result<()> {
+    if PHOTOS.contains(&count) {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument { name: "photos", expected: "from 2 to 30 photos", value: count as f64 }.into())
 }
 
 /// Of all photos, before any is given up for its place.

@@ -1,7 +1,9 @@
 //! The inverse depth of each photo, 1/z in the unit of the cameras: from stereo with its best neighbours, where the landmarks
 //! say what to expect; a smooth surface goes through what was found, and on beyond it.
 
-use crate::depth::{CompletionOptions, Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, dense, refine_prior};
+use crate::depth::{
+    CompletionOptions, Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, dense, refine_prior,
+};
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
 use crate::metrics::bending;
@@ -117,11 +119,7 @@ fn neighbours(photos: &[ImageView<'_>], used: &[usize], geometry: &MultiView, li
 }
 
 /// A map through the landmarks.
-fn prior(
-    samples: &[DepthSample],
-    photo: ImageView<'_>,
-    observer: &mut dyn Observer,
-) -> Result<Option<PhotoDepth>> {
+fn prior(samples: &[DepthSample], photo: ImageView<'_>, observer: &mut dyn Observer) -> Result<Option<PhotoDepth>> {
     let step = samples.len().div_ceil(SAMPLES).max(1);
     let mut samples: Vec<DepthSample> = samples.iter().step_by(step).copied().collect();
     if samples.len() < FEWEST {
@@ -192,11 +190,7 @@ fn add(
 }
 
 /// A surface through what is known: where going on would bend the picture too much in the reference's view, as a plane.
-fn surface(
-    known: &mut KnownDepth<'_>,
-    view: &Model,
-    reference: (usize, usize),
-) -> Result<Option<InverseDepth>> {
+fn surface(known: &mut KnownDepth<'_>, view: &Model, reference: (usize, usize)) -> Result<Option<InverseDepth>> {
     let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
         let surface = known.completed(&CompletionOptions { keep_reliable: false, extrapolation })?;
         Ok(surface.map(|surface| {

@@ -9,6 +9,9 @@ use crate::{ImageView, Result};
 
 /// Up to so many photos all pairs are matched; beyond, each photo with so many others.
 const CANDIDATES: usize = 8;
+/// Most features of a photo that are matched: the work grows with their square, and tracks through several photos make up for
+/// what a pair lacks.
+const FEATURES: usize = 5000;
 /// The strongest features of each photo tell which others it may overlap.
 const STRONGEST: usize = 400;
 /// Fewer inliers say nothing about a pair, though they may be more than chance.
@@ -37,7 +40,7 @@ pub(super) struct Graph {
     pub pairs: Vec<PhotoPair>,
 }
 
-/// Detects the features of every photo.
+/// Detects the features of every photo, the strongest of which are kept.
 pub(super) fn features(
     photos: &[ImageView<'_>],
     options: &Options,
@@ -46,7 +49,7 @@ pub(super) fn features(
     let all = photos.len() as f32;
     let one = |(i, photo): (usize, &ImageView<'_>)| {
         let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
-        detect(*photo, &options.features.detect, &mut portion)
+        Ok(strongest(detect(*photo, &options.features.detect, &mut portion)?, FEATURES))
     };
     photos.iter().enumerate().map(one).collect()
 }
@@ -72,13 +75,13 @@ fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn 
     if count <= CANDIDATES {
         return Ok(all.collect());
     }
-    let strongest: Vec<Features> = features.iter().map(strongest).collect();
+    let few: Vec<Features> = features.iter().map(|features| strongest(features.clone(), STRONGEST)).collect();
     let pairs = count * (count - 1) / 2;
     let mut scores: Vec<([usize; 2], usize)> = Vec::with_capacity(pairs);
     for (i, photos) in all.enumerate() {
         let mut portion = Portion::new(observer, i as f32 / pairs as f32, (i + 1) as f32 / pairs as f32);
         let [a, b] = photos;
-        scores.push((photos, match_features(&strongest[a], &strongest[b], options, &mut portion)?.len()));
+        scores.push((photos, match_features(&few[a], &few[b], options, &mut portion)?.len()));
     }
     // Of either photo's best ones.
     let rank = |photo: usize, own: &([usize; 2], usize)| {
@@ -91,14 +94,11 @@ fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn 
     Ok(kept.map(|(photos, _)| *photos).collect())
 }
 
-/// The strongest features of a photo.
-fn strongest(features: &Features) -> Features {
-    let count = features.keypoints.len().min(STRONGEST);
-    Features {
-        keypoints: features.keypoints[..count].to_vec(),
-        descriptors: features.descriptors[..count].to_vec(),
-        size: features.size,
-    }
+/// The strongest features of a photo: they come first.
+fn strongest(mut features: Features, count: usize) -> Features {
+    features.keypoints.truncate(count);
+    features.descriptors.truncate(count);
+    features
 }
 
 /// Matches two photos and looks for one geometry that the matches agree on.

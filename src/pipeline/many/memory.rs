@@ -1,6 +1,5 @@
 //! How much memory many photos take: as the two largest alone, and what is held of all.
 
-use super::result::Photo;
 use crate::pipeline::memory::{Job, Memory};
 use crate::pipeline::options::Options;
 use crate::{Error, Result};
@@ -8,12 +7,12 @@ use crate::{Error, Result};
 /// Bytes per pixel that are held of every photo: RGBA, the map through its landmarks, and what stereo found.
 const PHOTO: u64 = 4 + 4 + 4;
 /// Features of a photo.
-const FEATURES: u64 = 12_000 * (128 + 20);
+const FEATURES: u64 = 5000 * (128 + 20);
 /// Per pixel of the canvas, besides what two photos take: the composition with its labels and footprint.
 const CANVAS: u64 = 4 + 1 + 1;
 
-/// What may be taken, and what will be.
-pub(super) struct Budget<'a> {
+/// What will be taken, and what may be.
+pub(crate) struct Budget<'a> {
     memory: Memory<'a>,
     largest: (usize, usize),
     held: u64,
@@ -21,11 +20,11 @@ pub(super) struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    pub fn of(photos: &[Photo<'_>], options: &'a Options) -> Self {
+    /// Of photos of these sizes (width, height).
+    pub fn of(sizes: impl Iterator<Item = (usize, usize)>, options: &'a Options) -> Self {
         let pixels = |(w, h): (usize, usize)| (w as u64).saturating_mul(h as u64);
         let (mut first, mut second, mut held) = ((0, 0), (0, 0), 0u64);
-        for Photo { image, .. } in photos {
-            let size = (image.width(), image.height());
+        for size in sizes {
             held = held.saturating_add(pixels(size).saturating_mul(PHOTO)).saturating_add(FEATURES);
             if pixels(size) > pixels(first) {
                 (first, second) = (size, first);

@@ -8,11 +8,13 @@
 mod align;
 mod depth;
 mod graph;
-mod memory;
+pub(crate) mod memory;
 mod result;
 mod view;
 
 pub use align::{ManyAlignment, align_many};
+#[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
+pub(crate) use align::{check_count, check_sizes};
 pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoReport, StitchedMany};
 
@@ -45,10 +47,8 @@ pub struct ManyOptions {
 /// Those of [`align_many`]; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and
 /// [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
-    align::check(photos, options)?;
+    let budget = align::check(photos, options)?;
     let stages = &options.stages;
-    let budget = Budget::of(photos, stages);
-    budget.check((0, 0))?;
     let mut timer = StageTimer::start(observer);
     let alignment = align_timed(photos, options, observer, &mut timer)?;
     let ManyAlignment { reference, order, .. } = &alignment;

@@ -19,7 +19,8 @@ type Size = (usize, usize);
 pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView) -> usize {
     let mut best = (f64::INFINITY, candidates.first().copied().unwrap_or(0));
     for &photo in candidates {
-        let far = |&other: &usize| distance(sizes, [other, photo], geometry) + distance(sizes, [photo, other], geometry);
+        let far =
+            |&other: &usize| distance(sizes, [other, photo], geometry) + distance(sizes, [photo, other], geometry);
         let farthest = candidates.iter().map(far).fold(0.0, f64::max);
         if farthest < best.0 {
             best = (farthest, photo);
