@@ -2,8 +2,9 @@
 //! reprojection errors. The landmarks are eliminated (Schur complement); what is left has six unknowns a photo and is solved
 //! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
-use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector3};
 
+use super::linear::{self, times};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::calibrated::small_rotation;
@@ -93,7 +94,7 @@ impl Unknowns {
         for (camera, offset) in moved.cameras.iter_mut().zip(&self.offsets) {
             if let (Some(camera), Some(at)) = (camera, *offset) {
                 let three = |at: usize| Vector3::new(step.common[at], step.common[at + 1], step.common[at + 2]);
-                camera.rotation = small_rotation(three(at)) * camera.rotation;
+                camera.rotation = times(&small_rotation(three(at)), &camera.rotation);
                 if self.per_photo == 6 {
                     camera.translation += three(at + 3);
                 }
@@ -108,7 +109,7 @@ impl Unknowns {
 
 /// A step of all unknowns.
 struct Step {
-    common: DVector<f64>,
+    common: Vec<f64>,
     depths: Vec<f64>,
 }
 
@@ -138,9 +139,8 @@ fn cost(scene: &Scene, focal: [f64; 2]) -> f64 {
 /// Gauss–Newton: ½ xᵀHx + gᵀx.
 struct Equations {
     cost: f64,
-    /// The lower triangle, of everything but depth.
-    matrix: DMatrix<f64>,
-    gradient: DVector<f64>,
+    /// Of everything but depth; on the right is the gradient.
+    common: linear::Equations,
     depths: Vec<DepthEquation>,
 }
 
@@ -154,16 +154,15 @@ struct DepthEquation {
 
 impl Equations {
     fn of(scene: &Scene, unknowns: &Unknowns, focal: [f64; 2]) -> Self {
-        let n = unknowns.count;
         let depths = Vec::with_capacity(scene.landmarks.len());
-        let mut equations = Self { cost: 0.0, matrix: DMatrix::zeros(n, n), gradient: DVector::zeros(n), depths };
+        let mut equations = Self { cost: 0.0, common: linear::Equations::zeros(unknowns.count), depths };
         for landmark in &scene.landmarks {
             equations.add_landmark(scene, unknowns, landmark);
         }
         let (off, weight) = (scene.log_focal - focal[0], 1.0 / (focal[1] * focal[1]));
         equations.cost += 0.5 * weight * off * off;
-        equations.gradient[0] += weight * off;
-        equations.matrix[(0, 0)] += weight;
+        equations.common.right[0] += weight * off;
+        equations.common.add(0, 0, weight);
         equations
     }
 
@@ -183,9 +182,9 @@ impl Equations {
                 let slopes = &row.slopes[..row.count];
                 for (a, (at, slopes_a)) in slopes.iter().enumerate() {
                     let scaled = weight * slopes_a[k];
-                    self.gradient[*at] += scaled * error;
+                    self.common.right[*at] += scaled * error;
                     for (other, slopes_b) in &slopes[..=a] {
-                        self.matrix[(*at.max(other), *at.min(other))] += scaled * slopes_b[k];
+                        self.common.add(*at, *other, scaled * slopes_b[k]);
                     }
                 }
                 depth.square += weight * row.depth[k] * row.depth[k];
@@ -200,27 +199,25 @@ impl Equations {
 
     /// The step of damped normal equations; `None` if they have no solution.
     fn step(&self, damping: f64) -> Option<Step> {
-        let (mut matrix, mut gradient) = (self.matrix.clone(), self.gradient.clone());
-        for i in 0..gradient.len() {
-            matrix[(i, i)] += damping * matrix[(i, i)].max(1e-9);
-        }
+        let mut equations = self.common.clone();
+        equations.damp(damping);
         for depth in &self.depths {
             let inverse = 1.0 / (depth.square * (1.0 + damping));
             for (a, (at, value)) in depth.mixed.iter().enumerate() {
-                gradient[*at] -= value * inverse * depth.gradient;
-                // In ascending order: the lower triangle.
+                equations.right[*at] -= value * inverse * depth.gradient;
                 for (other, second) in &depth.mixed[..=a] {
-                    matrix[(*at, *other)] -= value * inverse * second;
+                    equations.add(*at, *other, -value * inverse * second);
                 }
             }
         }
-        let common = -matrix.cholesky()?.solve(&gradient);
+        let mut common = equations.solve()?;
+        common.iter_mut().for_each(|v| *v = -*v);
         let of_depth = |depth: &DepthEquation| {
             let mixed: f64 = depth.mixed.iter().map(|(at, value)| value * common[*at]).sum();
             -(depth.gradient + mixed) / (depth.square * (1.0 + damping))
         };
         let depths = self.depths.iter().map(of_depth).collect();
-        common.iter().all(|v| v.is_finite()).then_some(Step { depths, common })
+        Some(Step { depths, common })
     }
 }
 
@@ -283,10 +280,11 @@ impl Row {
 }
 
 /// The rotation that is nearest to a matrix with a positive determinant.
+#[inline(never)]
 pub(super) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
     let determinant = m.determinant();
     if determinant.is_nan() || determinant <= 0.0 {
         return None;
     }
-    crate::geometry::calibrated::nearest_rotation(m / libm::cbrt(determinant))
+    crate::geometry::calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
 }

@@ -1,7 +1,8 @@
 //! Chained homographies: each photo's to a root, along the spanning tree and then adjusted together, so that loops close.
 
-use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector3};
+use nalgebra::{Matrix2x3, Matrix3, Vector3};
 
+use super::linear::{Equations, times};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
 
@@ -60,8 +61,10 @@ impl Chain {
             for edge in edges {
                 let [a, b] = edge.photos;
                 let found = match (self.to_root[a], self.to_root[b]) {
-                    (None, Some(to)) => Some((edge.weight, a, to * edge.homography)),
-                    (Some(from), None) => edge.homography.try_inverse().map(|back| (edge.weight, b, from * back)),
+                    (None, Some(to)) => Some((edge.weight, a, times(&to, &edge.homography))),
+                    (Some(from), None) => {
+                        edge.homography.try_inverse().map(|back| (edge.weight, b, times(&from, &back)))
+                    }
                     _ => None,
                 };
                 if let Some(found) = found
@@ -77,7 +80,7 @@ impl Chain {
 
     /// From one photo to another; `None` unless both are connected.
     pub fn between(&self, [from, to]: [usize; 2]) -> Option<Matrix3<f64>> {
-        Some(self.to_root[to]?.try_inverse()? * self.to_root[from]?)
+        Some(times(&self.to_root[to]?.try_inverse()?, &self.to_root[from]?))
     }
 
     /// Levenberg–Marquardt on the transfer errors of all pairs in both directions.
@@ -94,20 +97,19 @@ impl Chain {
         if problem.count == 0 {
             return;
         }
-        let (mut cost, mut matrix, mut gradient) = problem.equations(self);
+        let (mut cost, mut equations) = problem.equations(self);
         let (mut damping, mut growth) = (1e-4, 2.0);
         for _ in 0..ITERATIONS {
-            let mut damped = matrix.clone();
-            (0..problem.count).for_each(|i| damped[(i, i)] += damping * damped[(i, i)].max(1e-9));
-            let step = damped.cholesky().map(|factor| -factor.solve(&gradient));
-            let moved = step.map(|step| problem.moved(self, &step));
+            let mut damped = equations.clone();
+            damped.damp(damping);
+            let moved = damped.solve().map(|step| problem.moved(self, &step));
             if let Some(moved) = moved
                 && let next = problem.cost(&moved)
                 && next < cost
             {
                 let small = cost - next <= TOLERANCE * cost;
                 *self = moved;
-                (cost, matrix, gradient) = problem.equations(self);
+                (cost, equations) = problem.equations(self);
                 (damping, growth) = ((damping / 3.0f64).max(1e-10), 2.0);
                 if small {
                     break;
@@ -165,9 +167,9 @@ impl Problem<'_> {
         sum
     }
 
-    fn equations(&self, chain: &Chain) -> (f64, DMatrix<f64>, DVector<f64>) {
-        let n = self.count;
-        let (mut cost, mut matrix, mut gradient) = (0.0, DMatrix::zeros(n, n), DVector::zeros(n));
+    /// The cost, and the equations of a step against the gradient.
+    fn equations(&self, chain: &Chain) -> (f64, Equations) {
+        let (mut cost, mut equations) = (0.0, Equations::zeros(self.count));
         self.transfers(chain, &mut |[from, to], map, point, place| {
             let p = map * point;
             if p[2].is_nan() || p[2] <= 0.0 {
@@ -193,22 +195,22 @@ impl Problem<'_> {
             }
             for (k, error) in error.iter().enumerate() {
                 for (a, (at, slopes)) in slots[..used].iter().enumerate() {
-                    gradient[*at] += weight * slopes[k] * error;
+                    equations.right[*at] += weight * slopes[k] * error;
                     for (other, second) in &slots[..=a] {
-                        matrix[(*at.max(other), *at.min(other))] += weight * slopes[k] * second[k];
+                        equations.add(*at, *other, weight * slopes[k] * second[k]);
                     }
                 }
             }
         });
-        (cost, matrix, gradient)
+        (cost, equations)
     }
 
-    fn moved(&self, chain: &Chain, step: &DVector<f64>) -> Chain {
+    fn moved(&self, chain: &Chain, step: &[f64]) -> Chain {
         let mut moved = chain.clone();
         for (h, offset) in moved.to_root.iter_mut().zip(&self.offsets) {
             if let (Some(h), Some(at)) = (h, *offset) {
-                let delta = Matrix3::from_fn(|r, c| if r + c < 4 { step[at + 3 * r + c] } else { 0.0 });
-                *h *= Matrix3::identity() + delta;
+                let delta = Matrix3::from_fn(|r, c| if r + c < 4 { -step[at + 3 * r + c] } else { 0.0 });
+                *h = times(h, &(Matrix3::identity() + delta));
                 *h /= h[(2, 2)];
             }
         }

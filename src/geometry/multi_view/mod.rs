@@ -13,6 +13,7 @@ mod bundle;
 mod choice;
 mod growth;
 mod homographies;
+mod linear;
 mod placing;
 mod relative_pose;
 mod rotations;
@@ -24,6 +25,8 @@ pub use choice::{MultiView, MultiViewKind, multi_view};
 pub use scene::Camera;
 
 use nalgebra::{Matrix3, Vector3};
+
+use linear::times;
 
 use super::{Match, Model, ModelKind};
 use crate::rect::diagonal;
@@ -51,12 +54,14 @@ impl Lens {
     }
 
     /// From centred coordinates, in diagonals, to pixels.
+    #[inline(never)]
     fn to_pixels(self) -> Matrix3<f64> {
         let ([cx, cy], scale) = (self.centre(), diagonal(self.size));
         Matrix3::new(scale, 0.0, cx, 0.0, scale, cy, 0.0, 0.0, 1.0)
     }
 
     /// From pixels to centred coordinates.
+    #[inline(never)]
     fn to_centred(self) -> Matrix3<f64> {
         let ([cx, cy], scale) = (self.centre(), 1.0 / diagonal(self.size));
         Matrix3::new(scale, 0.0, -scale * cx, 0.0, scale, -scale * cy, 0.0, 0.0, 1.0)
@@ -65,7 +70,7 @@ impl Lens {
     /// The calibration matrix K of a focal length in diagonals, and its inverse.
     fn calibration(&self, focal: f64) -> [Matrix3<f64>; 2] {
         let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
-        [self.to_pixels() * scaled(focal), scaled(1.0 / focal) * self.to_centred()]
+        [times(&self.to_pixels(), &scaled(focal)), times(&scaled(1.0 / focal), &self.to_centred())]
     }
 }
 
@@ -89,7 +94,7 @@ impl PairLink {
     fn centred(&self, lenses: &[Lens]) -> Model {
         let [a, b] = self.photos.map(|photo| &lenses[photo]);
         let to = b.to_centred();
-        Model { h: to * self.model.h * a.to_pixels(), e: to * self.model.e }
+        Model { h: times(&to, &times(&self.model.h, &a.to_pixels())), e: to * self.model.e }
     }
 
     /// The matches in centred coordinates.

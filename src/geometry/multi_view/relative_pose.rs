@@ -3,9 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::bundle::nearest_rotation;
-use super::self_calibration::essential;
+use super::linear::{eigen, times};
+use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
+use crate::geometry::epipolar::cofactors;
 use crate::statistics::median;
 
 /// A calibrated homography whose images are this close to those of a rotation, in pixels, at the median, is one.
@@ -35,7 +37,6 @@ pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) 
         .map(|ends| [0, 1].map(|k| Vector3::new(ends[k][0] / focals[k], ends[k][1] / focals[k], 1.0)))
         .collect();
     let model = link.centred(lenses);
-    let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
     let pose = |rotation, direction| RelativePose {
         photos: link.photos,
         rotation,
@@ -43,15 +44,11 @@ pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) 
         weight: link.matches.len() as f64,
     };
     if link.kind == ModelKind::TwoView {
-        let matrix = if focals[0] == focals[1] {
-            essential(&model.e.cross_matrix(), &model.h, focals[0])
-        } else {
-            scaled(focals[1]) * model.e.cross_matrix() * model.h * scaled(focals[0])
-        };
+        let matrix = essential(&model, focals);
         let (rotation, direction) = in_front(&rays, &decompose(&matrix)?)?;
         return Some(pose(rotation, Some(direction)));
     }
-    let calibrated = scaled(1.0 / focals[1]) * model.h * scaled(focals[0]);
+    let calibrated = calibrated(&model.h, focals);
     let rotation = nearest_rotation(calibrated)?;
     let pixels = focals[1] * crate::rect::diagonal(lenses[link.photos[1]].size);
     let distance = |[from, to]: &Rays| {
@@ -68,26 +65,20 @@ pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) 
 
 /// The rotation that comes closest to the homography of a pair's dominant plane: its motion, if the cameras only turned.
 pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
-    let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
-    let rotation = nearest_rotation(scaled(1.0 / focals[1]) * link.centred(lenses).h * scaled(focals[0]))?;
+    let rotation = nearest_rotation(calibrated(&link.centred(lenses).h, focals))?;
     Some(RelativePose { photos: link.photos, rotation, direction: None, weight: link.matches.len() as f64 })
 }
 
-/// The four motions of an essential matrix (Hartley & Zisserman, *Multiple View Geometry*, 9.6).
+/// The four motions of an essential matrix (B. Horn, *Recovering Baseline and Orientation from Essential Matrix*, 1990).
 fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
-    let svd = essential.svd(true, true);
-    let (mut u, mut v_t) = (svd.u?, svd.v_t?);
-    // In descending order; nalgebra sorts.
-    if u.determinant() < 0.0 {
-        u = -u;
-    }
-    if v_t.determinant() < 0.0 {
-        v_t = -v_t;
-    }
-    let w = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-    let direction = u.column(2).into_owned();
+    // t is what E has no share of; with E = [t]× R the cofactors of E are (t·t) R + [t]× E, [t]× squared being ttᵀ − t·t.
+    let [.., (_, direction)] = eigen(&times(essential, &essential.transpose()));
+    let scale = essential.norm() / std::f64::consts::SQRT_2;
+    let essential = essential / scale;
+    let cofactors = cofactors(&essential);
     let mut found = Vec::new();
-    for rotation in [u * w * v_t, u * w.transpose() * v_t] {
+    for t in [direction, -direction] {
+        let rotation = nearest_rotation(cofactors - times(&t.cross_matrix(), &essential))?;
         found.push((rotation, direction));
         found.push((rotation, -direction));
     }
@@ -97,13 +88,9 @@ fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
 /// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
 /// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
 fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
-    let mut values: [f64; 3] = (h.transpose() * h).symmetric_eigenvalues().into();
-    values.sort_unstable_by(f64::total_cmp);
-    let h = h / values[1].max(0.0).sqrt();
-    let eigen = (h.transpose() * h).symmetric_eigen();
-    let mut order = [0usize, 1, 2];
-    order.sort_unstable_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let [first, second, third] = order.map(|i| (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned()));
+    let [_, (middle, _), _] = eigen(&times(&h.transpose(), h));
+    let h = h / middle.max(0.0).sqrt();
+    let [first, second, third] = eigen(&times(&h.transpose(), &h));
     let difference = (first.0 - third.0).max(1e-12).sqrt();
     let (a, b) = ((1.0 - third.0).max(0.0).sqrt() / difference, (first.0 - 1.0).max(0.0).sqrt() / difference);
     let mut found = Vec::new();
@@ -111,7 +98,7 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
         let from = Matrix3::from_columns(&[second.1, u, second.1.cross(&u)]);
         let (second, turned) = (h * second.1, h * u);
         let to = Matrix3::from_columns(&[second, turned, second.cross(&turned)]);
-        let rotation = nearest_rotation(to * from.transpose())?;
+        let rotation = nearest_rotation(times(&to, &from.transpose()))?;
         let normal = from.column(2).into_owned();
         let translation = (h - rotation) * normal;
         let sign = if normal[2] < 0.0 { -1.0 } else { 1.0 };
@@ -120,7 +107,11 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
             found.push((normal[2].abs(), rotation, translation * (sign / length)));
         }
     }
-    found.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    if let [one, other] = &mut found[..]
+        && one.0 < other.0
+    {
+        std::mem::swap(one, other);
+    }
     Some(found.into_iter().map(|(_, rotation, translation)| (rotation, translation)).collect())
 }
 

@@ -2,8 +2,9 @@
 //! robust least squares over all of them (after Chatterjee & Govindu, *Efficient and Robust Large-Scale Rotation Averaging*,
 //! 2013).
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
+use super::linear::{Equations, times};
 use super::relative_pose::RelativePose;
 use crate::geometry::calibrated::small_rotation;
 
@@ -26,7 +27,7 @@ pub(super) fn average(poses: &[RelativePose], photos: usize, root: usize) -> Vec
 /// The angle in radians by which a pair's rotation contradicts those of its photos.
 pub(super) fn contradiction(pose: &RelativePose, rotations: &[Option<Matrix3<f64>>]) -> Option<f64> {
     let [from, to] = pose.photos.map(|photo| rotations[photo]);
-    Some(logarithm(&(to? * from?.transpose() * pose.rotation.transpose())).norm())
+    Some(logarithm(&times(&times(&to?, &from?.transpose()), &pose.rotation.transpose())).norm())
 }
 
 /// Prim's algorithm.
@@ -38,8 +39,8 @@ fn along_tree(poses: &[RelativePose], photos: usize, root: usize) -> Vec<Option<
         for pose in poses {
             let [a, b] = pose.photos;
             let found = match (rotations[a], rotations[b]) {
-                (Some(from), None) => (pose.weight, b, pose.rotation * from),
-                (None, Some(to)) => (pose.weight, a, pose.rotation.transpose() * to),
+                (Some(from), None) => (pose.weight, b, times(&pose.rotation, &from)),
+                (None, Some(to)) => (pose.weight, a, times(&pose.rotation.transpose(), &to)),
                 _ => continue,
             };
             if best.is_none_or(|(weight, ..)| found.0 > weight) {
@@ -64,32 +65,34 @@ fn improve(rotations: &mut [Option<Matrix3<f64>>], poses: &[RelativePose], root:
             })
         })
         .collect();
-    let (mut matrix, mut right) = (DMatrix::<f64>::zeros(count, count), vec![DVector::<f64>::zeros(count); 3]);
+    // The same matrix for each axis.
+    let mut axes = [0, 1, 2].map(|_| Equations::zeros(count));
     for pose in poses {
         let [a, b] = pose.photos;
         let (Some(from), Some(to)) = (rotations[a], rotations[b]) else { continue };
         // In the world's axes: what the turn of b less that of a should be.
-        let error = to.tr_mul(&logarithm(&(pose.rotation * from * to.transpose())));
+        let error = to.tr_mul(&logarithm(&times(&times(&pose.rotation, &from), &to.transpose())));
         let angle = error.norm();
         let weight = pose.weight.sqrt() / (1.0 + (angle / NOISE) * (angle / NOISE));
-        for (photo, sign) in [(numbers[a], -1.0), (numbers[b], 1.0)] {
-            let Some(i) = photo else { continue };
-            matrix[(i, i)] += weight;
-            (0..3).for_each(|k| right[k][i] += sign * weight * error[k]);
-        }
-        if let (Some(i), Some(j)) = (numbers[a], numbers[b]) {
-            matrix[(i, j)] -= weight;
-            matrix[(j, i)] -= weight;
+        for (axis, error) in axes.iter_mut().zip(error.iter()) {
+            for (photo, sign) in [(numbers[a], -1.0), (numbers[b], 1.0)] {
+                let Some(i) = photo else { continue };
+                axis.add(i, i, weight);
+                axis.right[i] += sign * weight * error;
+            }
+            if let (Some(i), Some(j)) = (numbers[a], numbers[b]) {
+                axis.add(i, j, -weight);
+            }
         }
     }
-    let factor = matrix.cholesky()?;
-    let turns: Vec<DVector<f64>> = right.iter().map(|right| factor.solve(right)).collect();
+    let [x, y, z] = axes.map(Equations::solve);
+    let turns = [x?, y?, z?];
     let mut largest = 0.0f64;
     for (rotation, number) in rotations.iter_mut().zip(&numbers) {
         if let (Some(rotation), Some(i)) = (rotation, *number) {
             let turn = Vector3::new(turns[0][i], turns[1][i], turns[2][i]);
             largest = largest.max(turn.norm());
-            *rotation *= small_rotation(turn);
+            *rotation = times(rotation, &small_rotation(turn));
         }
     }
     Some(largest)

@@ -6,8 +6,9 @@
 
 use nalgebra::Matrix3;
 
+use super::linear::{eigen, times};
 use super::{Lens, PairLink};
-use crate::geometry::ModelKind;
+use crate::geometry::{Model, ModelKind};
 use crate::rect::diagonal;
 
 /// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
@@ -52,8 +53,8 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
         let mut cost = off * off;
         for (link, model) in &models {
             let matrix = match link.kind {
-                ModelKind::TwoView => essential(&model.e.cross_matrix(), &model.h, f),
-                _ => calibrated(&model.h, f),
+                ModelKind::TwoView => essential(model, [f; 2]),
+                _ => calibrated(&model.h, [f; 2]),
             };
             let spread = spread(&matrix, link.kind == ModelKind::TwoView) / SPREAD;
             // Two pairs' worth of evidence is worth as much as the prior, whatever the number of pairs.
@@ -67,24 +68,25 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
     Focal { shares: vec![1.0; lenses.len()], value: best.1, prior: LOG_FOCAL }
 }
 
-/// diag(1, 1, 1/f)⁻¹… of a homography of centred coordinates: K⁻¹ H K.
-pub(super) fn calibrated(h: &Matrix3<f64>, f: f64) -> Matrix3<f64> {
-    let scaled = |f: f64| Matrix3::from_diagonal(&nalgebra::Vector3::new(f, f, 1.0));
-    scaled(1.0 / f) * h * scaled(f)
+/// The homography of centred coordinates in calibrated ones, K'⁻¹ H K, of focal lengths in diagonals.
+pub(super) fn calibrated(h: &Matrix3<f64>, [from, to]: [f64; 2]) -> Matrix3<f64> {
+    let mut scaled = *h;
+    scaled.column_mut(0).scale_mut(from);
+    scaled.column_mut(1).scale_mut(from);
+    scaled.row_mut(0).scale_mut(1.0 / to);
+    scaled.row_mut(1).scale_mut(1.0 / to);
+    scaled
 }
 
-/// Kᵀ [e]× H K.
-pub(super) fn essential(cross: &Matrix3<f64>, h: &Matrix3<f64>, f: f64) -> Matrix3<f64> {
-    let k = Matrix3::from_diagonal(&nalgebra::Vector3::new(f, f, 1.0));
-    k * cross * h * k
+/// The essential matrix K'ᵀ [e]× H K of a model of centred coordinates.
+pub(super) fn essential(model: &Model, [from, to]: [f64; 2]) -> Matrix3<f64> {
+    calibrated(&times(&model.e.cross_matrix(), &model.h), [from, 1.0 / to])
 }
 
 /// How far the two largest singular values, or all three, are from each other, as a share.
 fn spread(m: &Matrix3<f64>, two: bool) -> f64 {
     // The eigenvalues of MᵀM are the squares.
-    let mut values: [f64; 3] = (m.transpose() * m).symmetric_eigenvalues().into();
-    values.sort_unstable_by(f64::total_cmp);
-    let [least, middle, most] = values.map(|v| v.max(0.0).sqrt());
+    let [most, middle, least] = eigen(&times(&m.transpose(), m)).map(|(value, _)| value.max(0.0).sqrt());
     let other = if two { middle } else { least };
     if most > 0.0 { (most - other) / (most + other) } else { 1.0 }
 }
