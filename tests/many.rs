@@ -12,7 +12,7 @@ use scene::{Pose, Views, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
-const SIZE: (usize, usize) = (400, 300);
+const SIZE: (usize, usize) = (320, 240);
 
 fn photos(views: &Views) -> Vec<Photo<'_>> {
     let image = |data, width, height| ImageView::new("photo", data, width, height).unwrap();
@@ -253,7 +253,7 @@ fn every_stage_reports_and_can_be_stopped() {
         assert!(all.seen.contains(&stage), "{stage:?}");
     }
     let reports = usize::MAX - all.left;
-    for share in [0, 1, 3, 5, 7, 9] {
+    for share in [0, 3, 6, 9] {
         let mut stop = Stop { left: 1 + share * reports / 10, seen: Vec::new() };
         assert_eq!(stitch_many(&photos, &ManyOptions::default(), &mut stop).unwrap_err().code(), "aborted", "{share}");
     }

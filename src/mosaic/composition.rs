@@ -9,11 +9,11 @@ use super::blend::{BlendOptions, Blending, Seam};
 use super::canvas::Placed;
 use super::span::Span;
 use super::{exposure, feather, multiband, seam};
-use crate::image::{check_size, zeroed};
+use crate::image::{check_size, filled};
 use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::warp::Warped;
-use crate::{Image, ImageView, Mask, Result, Stage};
+use crate::{Image, ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Photos on one canvas.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +26,9 @@ pub struct Composition {
     pub footprint: Mask,
     /// Canvas position of the reference's top left pixel.
     pub offset: (usize, usize),
+    /// Inverse depth of what shows, in the reference's frame, NaN where it is not known; `None` if it is not wanted. It guides
+    /// the filling.
+    pub depth: Option<InverseDepth>,
     /// Bands of the pyramid where [`BlendOptions::bands`] is 0.
     bands: u32,
 }
@@ -42,12 +45,15 @@ pub struct Added {
 }
 
 impl Composition {
-    /// The reference alone, under this label.
+    /// The reference alone, under this label. With its inverse `depth` that of the composition is kept.
     ///
     /// # Errors
-    /// `out-of-memory`.
-    pub fn of(reference: ImageView<'_>, label: u8) -> Result<Self> {
+    /// `size-mismatch` for depth of another size, `out-of-memory`.
+    pub fn of(reference: ImageView<'_>, depth: Option<&InverseDepth>, label: u8) -> Result<Self> {
         let (width, height) = (reference.width(), reference.height());
+        if let Some(depth) = depth {
+            check_size("depth", (depth.width(), depth.height()), (width, height))?;
+        }
         let mut image = Image::transparent(width, height)?;
         for (pixel, &[r, g, b, _]) in image.pixels_mut().iter_mut().zip(reference.pixels()) {
             *pixel = [r, g, b, 255];
@@ -58,7 +64,7 @@ impl Composition {
         footprint.data_mut().fill(255);
         // As of two photos.
         let bands = (width.max(height) / 32).max(2).ilog2();
-        Ok(Self { image, labels, footprint, offset: (0, 0), bands })
+        Ok(Self { image, labels, footprint, offset: (0, 0), depth: depth.cloned(), bands })
     }
 
     /// The canvas (width, height) that this and a photo warped onto it would take together.
@@ -117,6 +123,7 @@ impl Composition {
             }
         }
         self.paste(&image, &shown, window, label);
+        self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));
         report(observer, Stage::Blend, 1.0)?;
         let from = |at: usize, offset: usize| at as i64 - offset as i64;
@@ -147,9 +154,13 @@ impl Composition {
         let (left, top) = (offset.0 - self.offset.0, offset.1 - self.offset.1);
         let place = (left, top, width, height);
         let size = (self.image.width(), self.image.height());
-        self.image = Image::from_bytes(moved(self.image.data(), size, 4, place)?, width, height);
-        self.labels = Mask::from_bytes(moved(self.labels.data(), size, 1, place)?, width, height);
-        self.footprint = Mask::from_bytes(moved(self.footprint.data(), size, 1, place)?, width, height);
+        self.image = Image::from_bytes(moved(self.image.data(), size, 4, (0, place))?, width, height);
+        self.labels = Mask::from_bytes(moved(self.labels.data(), size, 1, (0, place))?, width, height);
+        self.footprint = Mask::from_bytes(moved(self.footprint.data(), size, 1, (0, place))?, width, height);
+        if let Some(depth) = &mut self.depth {
+            let values = moved(depth.data(), size, 1, (f32::NAN, place))?;
+            *depth = InverseDepth::from_values(values, width, height);
+        }
         self.offset = offset;
         Ok(())
     }
@@ -176,6 +187,19 @@ impl Composition {
         }
     }
 
+    /// The depth of the photo where it shows in a window; its own canvas lies at (left, top).
+    fn paste_depth(&mut self, warped: &Warped, shown: &Mask, window: Rect, (left, top): (usize, usize)) {
+        let (Some(own), Some(depth)) = (self.depth.take(), &warped.depth) else { return };
+        let (width, height) = (own.width(), own.height());
+        let mut values = own.into_values();
+        for (i, _) in shown.data().iter().enumerate().filter(|(_, shown)| **shown == 1) {
+            let (x, y) = (window.x + i % window.width, window.y + i / window.width);
+            // Where the photo shows, its canvas reaches.
+            values[y * width + x] = depth.data()[(y - top) * depth.width() + x - left];
+        }
+        self.depth = Some(InverseDepth::from_values(values, width, height));
+    }
+
     fn add_footprint(&mut self, warped: &Warped, (left, top): (usize, usize)) {
         let width = self.image.width();
         let rows = warped.footprint.data().chunks_exact(warped.footprint.width());
@@ -185,17 +209,17 @@ impl Composition {
     }
 }
 
-/// `data` of this size, so many bytes a pixel, on a larger canvas (left, top, width, height).
-fn moved(
-    data: &[u8],
+/// `data` of this size, so many numbers a pixel, on a larger canvas (left, top, width, height) of a value.
+fn moved<T: Copy>(
+    data: &[T],
     size: (usize, usize),
-    bytes: usize,
-    (left, top, width, height): (usize, usize, usize, usize),
-) -> Result<Vec<u8>> {
-    let mut out = zeroed(bytes * width * height)?;
-    let rows = out.chunks_exact_mut(bytes * width).skip(top).zip(data.chunks_exact(bytes * size.0));
+    count: usize,
+    (empty, (left, top, width, height)): (T, (usize, usize, usize, usize)),
+) -> Result<Vec<T>> {
+    let mut out = filled(count * width * height, empty)?;
+    let rows = out.chunks_exact_mut(count * width).skip(top).zip(data.chunks_exact(count * size.0));
     for (to, from) in rows {
-        to[bytes * left..bytes * (left + size.0)].copy_from_slice(from);
+        to[count * left..count * (left + size.0)].copy_from_slice(from);
     }
     Ok(out)
 }

@@ -8,8 +8,8 @@ use crate::{Error, Result};
 const PHOTO: u64 = 4 + 4 + 4;
 /// Features of a photo.
 const FEATURES: u64 = 5000 * (128 + 20);
-/// Per pixel of the canvas, besides what two photos take: the composition with its labels and footprint.
-const CANVAS: u64 = 4 + 1 + 1;
+/// Per pixel of the canvas, besides what two photos take: the composition with its labels, footprint and depth.
+const CANVAS: u64 = 4 + 1 + 1 + 4;
 
 /// What will be taken, and what may be.
 pub(crate) struct Budget<'a> {

@@ -21,7 +21,7 @@ pub use result::{Photo, PhotoCode, PhotoReport, StitchedMany};
 use super::Crops;
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::mosaic::{Composition, crop, fill};
+use crate::mosaic::{Composition, FillGuide, FillMethod, crop, fill};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
 use crate::warp::{WarpOptions, Warped, warp_within};
@@ -55,7 +55,10 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let label = |photo: usize| (photo + 1) as u8;
     let image = photos[*reference].image;
-    let mut composition = Composition::of(image, label(*reference))?;
+    // Only exemplar filling uses depth, to tell background from foreground.
+    let guided = stages.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
+    let depth = alignment.depth(*reference).filter(|_| guided);
+    let mut composition = Composition::of(image, depth, label(*reference))?;
     reports[*reference].extent = Some([0, 0, image.width() as i64, image.height() as i64]);
     let mut clipped = false;
     let count = order.len().saturating_sub(1).max(1) as f32;
@@ -76,9 +79,11 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
         timer.end(Stage::Blend, observer);
     }
     let voids = composition.voids()?;
-    let Composition { mut image, labels, offset, .. } = composition;
+    let Composition { mut image, labels, offset, depth, .. } = composition;
     if let Some(options) = &stages.fill {
-        fill(&mut image, &voids, None, options, observer)?;
+        // There is no one epipole.
+        let guide = depth.map(|depth| FillGuide { depth, epipole: [0.0; 3] });
+        fill(&mut image, &voids, guide.as_ref(), options, observer)?;
     }
     let crops = Crops { inner: crop::inner(&image)?, bounds: crop::bounds(&image) };
     timer.end(Stage::Fill, observer);
@@ -116,7 +121,7 @@ fn render(
     let warp = WarpOptions {
         // As of two photos.
         void_distance: (4.0 * alignment.spread(photo) / (w * w + h * h).sqrt()).max(0.5 * most).min(most),
-        depth: false,
+        depth: options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
     let check_canvas = |canvas| budget.check(canvas);

@@ -14,19 +14,24 @@ const POINTS: usize = 9;
 /// Width and height in pixels.
 type Size = (usize, usize);
 
-/// The photo from which the others are the least far away: the largest distance of their middles from its own is the
-/// smallest.
+/// The photo in whose view most of the others can be shown; of several the one from which they are the least far away: the
+/// largest distance of their middles from its own is the smallest.
 pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView) -> usize {
-    let mut best = (f64::INFINITY, candidates.first().copied().unwrap_or(0));
+    let mut best: Option<(usize, f64, usize)> = None;
     for &photo in candidates {
-        let far =
-            |&other: &usize| distance(sizes, [other, photo], geometry) + distance(sizes, [photo, other], geometry);
-        let farthest = candidates.iter().map(far).fold(0.0, f64::max);
-        if farthest < best.0 {
-            best = (farthest, photo);
+        let (mut shown, mut farthest) = (0, 0.0f64);
+        for &other in candidates.iter().filter(|other| **other != photo) {
+            if can_be_shown(sizes, [other, photo], geometry) {
+                shown += 1;
+                let there = distance(sizes, [other, photo], geometry);
+                farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
+            }
+        }
+        if best.is_none_or(|(most, least, _)| shown > most || shown == most && farthest < least) {
+            best = Some((shown, farthest, photo));
         }
     }
-    best.1
+    best.map_or(0, |(.., photo)| photo)
 }
 
 /// How far from the middle of a photo the middle of another appears, in diagonals; infinitely far behind the camera.
