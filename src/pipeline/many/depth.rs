@@ -28,6 +28,8 @@ const FEWEST: usize = 20;
 const MARGIN: f64 = 3.0;
 /// As of two photos: a surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane.
 const MOST_BENDING: f64 = 1.3;
+/// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
+const RELIEF: f64 = 0.7;
 
 /// The depth of one photo.
 #[derive(Debug, Clone)]
@@ -201,7 +203,7 @@ fn surface(known: &mut KnownDepth<'_>, view: &Model, reference: (usize, usize)) 
     let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
     if bent > MOST_BENDING
         && let Some((less, plane)) = completed(Extrapolation::Plane)?
-        && less < bent
+        && less < RELIEF * bent
     {
         return Ok(Some(plane));
     }
