@@ -124,6 +124,18 @@ fn turning_camera_needs_no_depth() {
     assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");
 }
 
+#[test]
+fn flat_scene_is_one_picture() {
+    let scene = scene::plane();
+    let first = scene.target;
+    let pose = |x: f64, yaw: f64| Pose { centre: first.centre + Vector3::new(x, 0.0, 0.1 * x), yaw, ..first };
+    let views = scene.views(&[pose(-1.0, -0.1), pose(0.0, 0.0), pose(1.0, 0.1), pose(2.0, 0.0)], SIZE.0, SIZE.1);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 4]);
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.0 && alone < 2.0, "{seen} px where two photos see, {alone} px elsewhere");
+}
+
 /// Around a square and back: the last photo overlaps the first.
 #[test]
 fn loop_closes() {

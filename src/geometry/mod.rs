@@ -1,7 +1,8 @@
 //! Robust fit and epipolar geometry from matches and depth (paper, section 3.1). This module sees matches, not pixels.
 //!
 //! [`estimate()`] is the whole of it. One robust estimator (`ransac`) serves the homography and the depth model (`projection`)
-//! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras.
+//! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras, `multi_view` finds one geometry of
+//! many photos.
 
 mod anisotropy;
 mod calibrated;
