@@ -215,7 +215,9 @@ function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand
   }
   const [target, reference] = positionals;
   if (target === undefined || reference === undefined || positionals.length > 2) {
-    throw new UsageError(`two photos or more are required, got ${positionals.length} (see --help)`);
+    throw new UsageError(
+      `two photos, TARGET and REFERENCE, or more are required, got ${positionals.length} (see --help)`,
+    );
   }
   return { target, reference, matches: flags.matches ?? null, depth: parseDepth(flags) };
 }
