@@ -7,13 +7,16 @@ import type {
   ImageInput,
   ImageMatches,
   ImageOutput,
+  ManyInputs,
   Mask,
   Matches,
   Models,
   Mosaic,
   Options,
+  PhotoInput,
   Quality,
   StitchInputs,
+  StitchManyResult,
   StitchResult,
   Warped,
 } from "./types.js";
@@ -28,6 +31,10 @@ export interface Calls {
       options: Partial<Options>,
     ];
     result: StitchResult;
+  };
+  stitchMany: {
+    args: [photos: readonly PhotoInput[], inputs: ManyInputs, options: Partial<Options>];
+    result: StitchManyResult;
   };
   detect: { args: [image: ImageInput, options: Partial<Options>]; result: Features };
   match: {

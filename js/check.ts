@@ -9,10 +9,12 @@ import type {
   Features,
   ImageInput,
   ImageOutput,
+  ManyInputs,
   Mask,
   Model,
   Models,
   Options,
+  PhotoInput,
   Rect,
   Size,
   StitchInputs,
@@ -87,6 +89,24 @@ export function size(name: string, value: unknown): Size {
 export function image(name: string, value: unknown): ImageInput {
   const data = view(`${name}.data`, object(name, value).data, "Uint8ClampedArray", "Uint8Array");
   return { data, ...size(name, value) };
+}
+
+/** The photos of `stitchMany`. */
+export function photos(value: unknown): PhotoInput[] {
+  if (!Array.isArray(value)) throw invalid(`photos must be an array, got ${describe(value)}`);
+  return value.map((photo: unknown, i) => {
+    const name = `photos[${i}]`;
+    const { focalLength } = object(name, photo);
+    return {
+      ...image(name, photo),
+      ...(isGiven(focalLength) && { focalLength: number(`${name}.focalLength`, focalLength) }),
+    };
+  });
+}
+
+/** The inputs of `stitchMany` besides the photos. */
+export function manyInputs({ reference }: ManyInputs): ManyInputs {
+  return isGiven(reference) ? { reference: number("reference", reference) } : {};
 }
 
 export function bytes(name: string, value: unknown): Uint8Array {
@@ -240,7 +260,7 @@ export function gains(value: unknown): readonly number[] | undefined {
 
 /** Properties of options objects that are not options of the algorithm. */
 const notSettings = new Set(
-  "matches targetDepth referenceDepth outputDepth reliable onProgress signal worker transfer".split(
+  "reference matches targetDepth referenceDepth outputDepth reliable onProgress signal worker transfer".split(
     " ",
   ),
 );

@@ -35,6 +35,8 @@ function invoke(raw: typeof glue, call: Call, report: Report): Result {
   switch (call.name) {
     case "stitch":
       return raw.stitch(...call.args, report);
+    case "stitchMany":
+      return raw.stitchMany(...call.args, report);
     case "detect":
       return raw.detect(...call.args, report);
     case "match":

@@ -31,8 +31,11 @@ import type {
   Models,
   Mosaic,
   Options,
+  PhotoInput,
   Quality,
   Rect,
+  StitchManyOptions,
+  StitchManyResult,
   StitchOptions,
   StitchResult,
   Warped,
@@ -75,6 +78,26 @@ export async function stitch(
   options: StitchOptions = {},
 ): Promise<StitchResult> {
   return call("stitch", stitchArguments(target, reference, options), options);
+}
+
+/**
+ * Stitches two to thirty photos of a scene, taken from wherever, in any order, into the view of one of them.
+ *
+ * Photos that do not belong, or cannot be shown, are left out; `photos` in the result says why. Not all options of `stitch`
+ * play a part: there are no depth maps, and `guidedMatching`, `withoutDepth`, `robustFit` and `calibration` have no effect.
+ *
+ * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-consensus`, `degenerate-geometry`, `too-large`, `out-of-memory`,
+ * `aborted`.
+ */
+export async function stitchMany(
+  photos: readonly PhotoInput[],
+  options: StitchManyOptions = {},
+): Promise<StitchManyResult> {
+  return call(
+    "stitchMany",
+    [check.photos(photos), check.manyInputs(options), check.settings(options)],
+    options,
+  );
 }
 
 /**

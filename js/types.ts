@@ -1,4 +1,4 @@
-import type { Depths, Mask, Options, Stage, StitchInputs } from "./wasm/types.js";
+import type { Depths, ManyInputs, Mask, Options, Stage, StitchInputs } from "./wasm/types.js";
 
 export type {
   Alignment,
@@ -12,17 +12,23 @@ export type {
   ImageInput,
   ImageMatches,
   ImageOutput,
+  ManyInputs,
   Mask,
   Matches,
   Model,
   Models,
   Mosaic,
   Options,
+  PhotoCode,
+  PhotoInput,
+  PhotoPair,
+  PhotoReport,
   Quality,
   Rect,
   Size,
   Stage,
   StitchInputs,
+  StitchManyResult,
   StitchResult,
   Warning,
   Warped,
@@ -64,6 +70,8 @@ export type Settings = { [K in keyof Options]?: Options[K] | undefined };
 
 /** Options of `stitch` and `align`. */
 export interface StitchOptions extends Settings, StitchInputs, CallOptions {}
+/** Options of `stitchMany`. */
+export interface StitchManyOptions extends Settings, ManyInputs, CallOptions {}
 /** Options of `detect`, `match` and `matchImages`. */
 export interface MatchOptions extends Settings, CallOptions {}
 /** Options of `estimate`. */

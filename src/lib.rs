@@ -3,7 +3,7 @@
 //! An implementation of T. Liao and N. Li, *Natural Image Stitching using Depth Maps*. Camera translation causes parallax,
 //! which no single homography can compensate; so the target photo is warped onto the reference by
 //! `x' ~ H∞ x̃ + e'·d(x)`, where `d` is an inverse-depth map of the target. [`pipeline::stitch`] does everything; the other
-//! modules are its stages, each of which can be called alone.
+//! modules are its stages, each of which can be called alone. [`pipeline::many::stitch_many`] stitches up to thirty photos.
 //!
 //! Conventions: pixel centres are integers, origin top left, x right, y down; `target` is warped, `reference` stays;
 //! depth is always inverse depth (larger is nearer), known up to an affine change.

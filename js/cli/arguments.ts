@@ -16,14 +16,25 @@ export interface Outputs {
 }
 
 /** A parsed command line. */
-export type Command = { readonly kind: "help" } | { readonly kind: "version" } | StitchCommand;
+export type Command =
+  { readonly kind: "help" } | { readonly kind: "version" } | StitchCommand | StitchManyCommand;
 
-export interface StitchCommand {
+export interface StitchCommand extends CommonCommand {
   readonly kind: "stitch";
   /** A case folder, or the files. */
   readonly input: { readonly case: string } | PairFiles;
   /** Whether to detect and match features even if the case has matches. */
   readonly ownMatches: boolean;
+}
+
+export interface StitchManyCommand extends CommonCommand {
+  readonly kind: "stitch-many";
+  readonly photos: readonly string[];
+  /** Which of them all are shown from the view of; undefined: the one in the middle. */
+  readonly reference: number | undefined;
+}
+
+interface CommonCommand {
   readonly settings: Partial<Options>;
   readonly outputs: Outputs;
   /** The part of the mosaic that is saved. */
@@ -54,6 +65,7 @@ const FLAGS = {
   invalid: { type: "string" },
   matches: { type: "string", short: "m" },
   "own-matches": { type: "boolean" },
+  reference: { type: "string" },
   output: { type: "string", short: "o" },
   warped: { type: "string" },
   "void-mask": { type: "string" },
@@ -76,6 +88,9 @@ const INPUT_FLAGS = [
   "matches",
 ] as const;
 
+/** Flags that only two photos have. */
+const PAIR_FLAGS = [...INPUT_FLAGS, "own-matches", "warped"] as const;
+
 /**
  * Parses a command line (without `node` and the script).
  *
@@ -97,17 +112,12 @@ export function parseCommand(args: readonly string[]): Command {
   }
   if (flags["own-matches"] && flags.matches !== undefined)
     throw new UsageError("--own-matches and --matches are mutually exclusive");
-  const input = parseInput(flags, positionals);
   const outputs = parseOutputs(flags);
   const crop = labelled("crop", () => parseChoice(flags.crop ?? "none", CROPS));
   const quality = flags.quality === undefined ? DEFAULT_QUALITY : number("quality", flags.quality);
   if (!(quality >= 1 && quality <= 100))
     throw new UsageError(`--quality must be from 1 to 100, got ${quality}`);
-  checkPaths(outputs, "case" in input ? [] : inputPaths(input));
-  return {
-    kind: "stitch",
-    input,
-    ownMatches: flags["own-matches"] ?? false,
+  const common: CommonCommand = {
     settings,
     outputs,
     crop,
@@ -115,6 +125,27 @@ export function parseCommand(args: readonly string[]): Command {
     progress: flags.progress,
     quiet: flags.quiet ?? false,
   };
+  if (positionals.length > 2 && flags.case === undefined) {
+    checkPaths(outputs, positionals);
+    const reference = parseReference(flags, positionals);
+    return { kind: "stitch-many", photos: positionals, reference, ...common };
+  }
+  if (flags.reference !== undefined)
+    throw new UsageError("--reference needs three photos or more; of two, the second one is it");
+  const input = parseInput(flags, positionals);
+  checkPaths(outputs, "case" in input ? [] : inputPaths(input));
+  return { kind: "stitch", input, ownMatches: flags["own-matches"] ?? false, ...common };
+}
+
+/** The index of the photo that --reference names. */
+function parseReference(flags: Flags, photos: readonly string[]): number | undefined {
+  const extra = PAIR_FLAGS.find((flag) => flags[flag] !== undefined);
+  if (extra) throw new UsageError(`--${extra} is for two photos, got ${photos.length}`);
+  const { reference } = flags;
+  if (reference === undefined) return undefined;
+  const index = photos.findIndex((photo) => resolve(photo) === resolve(reference));
+  if (index < 0) throw new UsageError(`--reference must be one of the photos, got ${reference}`);
+  return index;
 }
 
 /** Checks that no output overwrites an input or another output. @throws {UsageError} */
@@ -185,7 +216,7 @@ function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand
   const [target, reference] = positionals;
   if (target === undefined || reference === undefined || positionals.length > 2) {
     throw new UsageError(
-      `two photos are required, TARGET and REFERENCE, got ${positionals.length} (see --help)`,
+      `two photos, TARGET and REFERENCE, or more are required, got ${positionals.length} (see --help)`,
     );
   }
   return { target, reference, matches: flags.matches ?? null, depth: parseDepth(flags) };

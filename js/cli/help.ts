@@ -14,6 +14,10 @@ const INPUT: readonly Row[] = [
     "CSV with the header xt,yt,xr,yr: pixels of target and reference; by default features are detected and matched",
   ],
   ["--own-matches", "detect and match features even if the case has matches"],
+  [
+    "--reference FILE",
+    "of three photos or more, the one in whose view all are shown; by default the one in the middle",
+  ],
   ["--target-depth FILE", "depth map of the target"],
   ["--reference-depth FILE", "depth map of the reference; a missing one is derived from the other"],
   [
@@ -28,7 +32,10 @@ const OUTPUT: readonly Row[] = [
   ["-o, --output FILE", `the mosaic, .png or .jpg [${DEFAULT_OUTPUT}]`],
   ["--warped FILE", "the warped target on the canvas of the mosaic, .png; alpha is validity"],
   ["--void-mask FILE", "mask of the voids inside the mosaic before they are filled, .png"],
-  ["--report FILE", "models, inliers, quality, times and warnings as JSON"],
+  [
+    "--report FILE",
+    "models, inliers, quality, times and warnings as JSON; of three photos or more, which were used, and why not the others",
+  ],
   [
     "--crop none|inner|bounds",
     "save the whole canvas, the largest rectangle without transparent pixels, or the bounding box of the mosaic [none]",
@@ -50,10 +57,12 @@ export function helpText(): string {
     ];
   });
   return `Usage: depthstitch TARGET REFERENCE [options]
+       depthstitch PHOTO PHOTO PHOTO... [options]
        depthstitch --case DIR [options]
 
 Stitches two photos of a scene taken from two positions: TARGET is warped onto REFERENCE. Depth is estimated from the
-two photos unless depth maps are given; depth maps improve what only one photo shows. Photos are PNG or JPEG files,
+two photos unless depth maps are given; depth maps improve what only one photo shows. Three to thirty photos, in any
+order, are stitched into the view of one of them; photos that do not belong are left out. Photos are PNG or JPEG files,
 depth maps PNG (8 or 16 bit) or JPEG.
 
 Input:

@@ -1,26 +1,20 @@
-import { extname } from "node:path";
-
 import { caseFiles, loadPair, type PairFiles } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
-import { encodeGrayPng, encodeJpeg, encodePng } from "../codecs.js";
-import {
-  StitchError,
-  crop,
-  defaultOptions,
-  stitch,
-  version,
-  type ImageOutput,
-  type StitchResult,
-} from "../index.js";
+import { encodeGrayPng, encodePng } from "../codecs.js";
+import { StitchError, crop, defaultOptions, stitch, version } from "../index.js";
 import {
   checkPaths,
   inputPaths,
   outputPaths,
   parseCommand,
   type StitchCommand,
+  type StitchManyCommand,
 } from "./arguments.js";
+import { encodeImage, jsonBytes } from "./encode.js";
 import { helpText } from "./help.js";
+import { stitchManyFiles } from "./many.js";
 import { openOutputs } from "./output.js";
+import type { Produced } from "./produced.js";
 import { progressLine, type ProgressLine } from "./progress.js";
 import { report, summary } from "./report.js";
 import { UsageError } from "./usage.js";
@@ -43,6 +37,11 @@ export async function run(args: readonly string[]): Promise<number> {
         break;
       case "stitch":
         await interruptible((signal) => runStitch(command, signal));
+        break;
+      case "stitch-many":
+        await interruptible((signal) =>
+          produce(command, (line) => stitchManyFiles(command, line, signal), signal),
+        );
     }
     return OK;
   } catch (error) {
@@ -51,34 +50,41 @@ export async function run(args: readonly string[]): Promise<number> {
 }
 
 async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<void> {
-  const { outputs, quiet, ownMatches } = command;
-  const line = progressLine(process.stderr, !quiet && (command.progress ?? process.stderr.isTTY));
   const given = "case" in command.input ? await caseFiles(command.input.case) : command.input;
-  const files = ownMatches ? { ...given, matches: null } : given;
-  checkPaths(outputs, inputPaths(files));
+  const files = command.ownMatches ? { ...given, matches: null } : given;
+  checkPaths(command.outputs, inputPaths(files));
+  await produce(command, (line) => stitchFiles(command, files, line, signal), signal);
+}
+
+/** Writes what `work` makes, and says so. */
+async function produce(
+  { outputs, quiet, progress }: StitchCommand | StitchManyCommand,
+  work: (line: ProgressLine) => Promise<Produced>,
+  signal: AbortSignal,
+): Promise<void> {
+  const line = progressLine(process.stderr, !quiet && (progress ?? process.stderr.isTTY));
   const out = await openOutputs(outputPaths(outputs));
   try {
-    const { result, contents } = await stitchFiles(command, files, line, signal);
+    const { contents, warnings, summary } = await work(line);
     signal.throwIfAborted();
     await out.commit(contents);
     line.clear();
     if (quiet) return;
-    for (const { code, message } of result.report.warnings)
-      printError(`warning: ${code}: ${message}`);
-    process.stdout.write(`${summary(outputs, result)}\n`);
+    for (const warning of warnings) printError(`warning: ${warning}`);
+    process.stdout.write(`${summary}\n`);
   } finally {
     line.clear();
     await out.discard();
   }
 }
 
-/** Reads, stitches and encodes. Returns the bytes of every output by path. */
+/** Reads, stitches and encodes two photos. */
 async function stitchFiles(
   { settings, outputs, quality, crop: part }: StitchCommand,
   files: PairFiles,
   line: ProgressLine,
   signal: AbortSignal,
-): Promise<{ result: StitchResult; contents: ReadonlyMap<string, Uint8Array> }> {
+): Promise<Produced> {
   line.message("reading");
   const pair = await loadPair(files);
   const { matches, targetDepth, referenceDepth } = pair;
@@ -99,13 +105,10 @@ async function stitchFiles(
   if (outputs.report) {
     const options = { ...(await defaultOptions(settings.mode)), ...settings };
     const json = report(await version(), files, pair, options, outputs, result);
-    contents.set(outputs.report, new TextEncoder().encode(`${JSON.stringify(json, null, 1)}\n`));
+    contents.set(outputs.report, jsonBytes(json));
   }
-  return { result, contents };
-}
-
-async function encodeImage(path: string, image: ImageOutput, quality: number): Promise<Uint8Array> {
-  return extname(path).toLowerCase() === ".png" ? encodePng(image) : encodeJpeg(image, quality);
+  const warnings = result.report.warnings.map(({ code, message }) => `${code}: ${message}`);
+  return { contents, warnings, summary: summary(outputs, result) };
 }
 
 /** Runs `work` with a signal that the first Ctrl-C aborts; a second one terminates the process. */

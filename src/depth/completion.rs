@@ -178,6 +178,12 @@ impl<'a> KnownDepth<'a> {
         self.equations.as_mut().map_or(Ok(None), |equations| equations.solve(&self.other, shape))
     }
 
+    /// A map of that surface, which replaces what is known as well.
+    pub fn map(&mut self, shape: SurfaceShape) -> Result<Option<InverseDepth>> {
+        let size = self.depth.size();
+        self.surface(shape)?.map(|surface| surface.map(size)).transpose()
+    }
+
     /// A whole map; `None` when hardly anything is known.
     pub(super) fn completed(mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
         let Some(surface) = self.surface(options.shape)? else { return Ok(None) };

@@ -18,4 +18,5 @@ pub use stereo::{RefineOptions, Refined, refine};
 pub use surface::{Extrapolation, SurfaceShape};
 pub(crate) use surface::{OtherView, Surface};
 pub use transfer::{derive_depth, derive_missing};
+pub(crate) use two_view::dense;
 pub use two_view::{TwoView, two_view};

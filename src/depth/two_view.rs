@@ -65,8 +65,13 @@ pub fn two_view(
     Ok(TwoView { geometry: estimate, target, reference, prediction_error: [forward, reverse] })
 }
 
-/// The dense map of one photo, and its prediction error.
-fn dense(ends: &[DepthSample], image: ImageView<'_>, observer: &mut dyn Observer) -> Result<(InverseDepth, f64)> {
+/// The dense map of one photo through `ends`, relative to a plane and of mean square 1 there, and its prediction error: see
+/// [`TwoView`].
+pub(crate) fn dense(
+    ends: &[DepthSample],
+    image: ImageView<'_>,
+    observer: &mut dyn Observer,
+) -> Result<(InverseDepth, f64)> {
     // All points are localised alike, so a depth is the better known the more it moves its point.
     let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
     let mut samples: Vec<Sample> = ends

@@ -1,7 +1,8 @@
 //! Robust fit and epipolar geometry from matches and depth (paper, section 3.1). This module sees matches, not pixels.
 //!
 //! [`estimate()`] is the whole of it. One robust estimator (`ransac`) serves the homography and the depth model (`projection`)
-//! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras.
+//! and the fundamental matrix (`epipolar`); `calibrated` replaces the free models by two cameras, `multi_view` finds one geometry of
+//! many photos.
 
 mod anisotropy;
 mod calibrated;
@@ -10,6 +11,7 @@ mod estimate;
 mod homography;
 mod levenberg_marquardt;
 mod model;
+mod multi_view;
 mod normalisation;
 mod plane;
 mod points;
@@ -26,6 +28,8 @@ pub use estimate::estimate;
 pub use homography::homography;
 pub use model::{Match, Model};
 pub(crate) use model::{check_views, epipolar_direction};
+pub use multi_view::{Camera, MultiViewKind};
+pub(crate) use multi_view::{Lens, MultiView, PairLink, multi_view};
 pub use plane::DepthSample;
 pub(crate) use plane::{dominant_plane, plane_depth, weighted_plane};
 

@@ -13,7 +13,9 @@ pub(super) fn average(image: &mut Image, reference: &Placed<'_>) {
     let rows = image.pixels_mut().chunks_exact_mut(width).skip(reference.top);
     for (row, photo) in rows.zip(reference.photo.pixels().chunks_exact(reference.photo.width())) {
         for (pixel, &other) in row[reference.left..].iter_mut().zip(photo) {
-            *pixel = mean(*pixel, other);
+            if reference.is_valid(other) {
+                *pixel = mean(*pixel, other);
+            }
         }
     }
 }

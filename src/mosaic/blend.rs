@@ -111,7 +111,7 @@ pub fn blend(
 
     // The target on the canvas, and which photos are valid where.
     let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
-    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
+    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1, masked: false };
     let mut data = Vec::new();
     reserve(&mut data, canvas.len())?;
     data.extend_from_slice(canvas);

@@ -1,4 +1,4 @@
-//! Where the reference lies on the canvas.
+//! Where the reference, or the mosaic so far, lies on the canvas.
 
 use crate::ImageView;
 
@@ -9,6 +9,8 @@ pub(super) struct Placed<'a> {
     /// Canvas position of its top left pixel.
     pub left: usize,
     pub top: usize,
+    /// Whether it is valid only where its alpha is not 0: what several photos have made already.
+    pub masked: bool,
 }
 
 impl<'a> Placed<'a> {
@@ -19,9 +21,15 @@ impl<'a> Placed<'a> {
         Some(&self.photo.pixels()[row * width..(row + 1) * width])
     }
 
+    /// Whether a pixel of the reference is one.
+    #[inline]
+    pub fn is_valid(&self, pixel: [u8; 4]) -> bool {
+        !self.masked || pixel[3] != 0
+    }
+
     /// The reference's pixel at a position of the canvas.
     #[inline]
     pub fn pixel(&self, row: Option<&[[u8; 4]]>, x: usize) -> Option<[u8; 4]> {
-        row?.get(x.wrapping_sub(self.left)).copied()
+        row?.get(x.wrapping_sub(self.left)).copied().filter(|&pixel| self.is_valid(pixel))
     }
 }

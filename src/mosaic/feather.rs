@@ -30,7 +30,7 @@ pub(super) fn blend(
     for y in 0..height {
         report_row(observer, Stage::Blend, y, height)?;
         let Some(photo) = reference.row(y) else { continue };
-        for (x, &[r, g, b, _]) in photo.iter().enumerate() {
+        for (x, &[r, g, b, _]) in photo.iter().enumerate().filter(|(_, pixel)| reference.is_valid(**pixel)) {
             let i = y * width + reference.left + x;
             let pixel = &mut pixels[i];
             if pixel[3] == 0 {

@@ -1,4 +1,5 @@
-//! Putting the two photos together: exposure, seam, blending, filling.
+//! Putting photos together: exposure, seam, blending, filling. Two at once by [`blend`]; of many, one after another is added to
+//! a [`Composition`].
 //!
 //! The paper (section 3.2.4) averages, which shows how well the photos are aligned: [`BlendOptions::paper`]. By default the
 //! target's exposure is matched to the reference's, a minimum cut decides which photo shows where, and the bands of
@@ -7,6 +8,7 @@
 mod average;
 mod blend;
 mod canvas;
+mod composition;
 pub mod crop;
 mod exposure;
 mod feather;
@@ -16,6 +18,7 @@ mod multiband;
 mod seam;
 
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+pub use composition::{Added, Composition};
 pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::FillGuide;

@@ -58,7 +58,7 @@ pub(super) fn complete(
     {
         return Ok(Completed::Homography(Box::new(flat)));
     }
-    let own = InverseDepth::from_values(best.surface.dense(target.size())?, target.width(), target.height());
+    let own = best.surface.map(target.size())?;
     let options = CompletionOptions { keep_reliable: false, shape: best.shape };
     let (own_reference, second) = (&refined.reference, &mut Portion::new(observer, 0.5, 1.0));
     let others = complete_reference_depth(

@@ -15,6 +15,7 @@
 mod align;
 mod extrapolation;
 mod features;
+pub mod many;
 mod memory;
 mod models;
 mod options;

@@ -16,7 +16,7 @@ use crate::warp::Warped;
 use crate::{Image, InverseDepth, Mask, Rect, Stage};
 
 /// An object of numbers.
-fn numbers(fields: &[(&str, f64)]) -> JsValue {
+pub(super) fn numbers(fields: &[(&str, f64)]) -> JsValue {
     let object = Object::new().into();
     fields.iter().for_each(|&(name, value)| put(&object, name, value.into()));
     object
@@ -32,13 +32,6 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
         ModelKind::TwoView => "two-view",
         ModelKind::Homography => "homography",
     };
-    let list_of_warnings = Array::new();
-    for warning in warnings {
-        let object = Object::new().into();
-        put(&object, "code", warning.code().into());
-        put(&object, "message", warning.message().into());
-        list_of_warnings.push(&object);
-    }
     let report = numbers(&[
         ("matches", geometry.inliers.len() as f64),
         ("usable", geometry.usable as f64),
@@ -50,11 +43,23 @@ pub(super) fn add_geometry(to: &JsValue, geometry: &Estimate, warnings: &[Warnin
     put(&report, "model", kind.into());
     put(&report, "residual", list(&geometry.residual));
     put(&report, "focalLength", geometry.focal.map_or(JsValue::NULL, JsValue::from));
-    put(&report, "warnings", list_of_warnings.into());
+    put(&report, "warnings", self::warnings(warnings));
     put(to, "forward", model(&geometry.forward));
     put(to, "reverse", model(&geometry.reverse));
     put(to, "inliers", Uint8Array::from(inliers.as_slice()).into());
     put(to, "report", report);
+}
+
+/// `Warning`s.
+pub(super) fn warnings(warnings: &[Warning]) -> JsValue {
+    let array = Array::new();
+    for warning in warnings {
+        let object = Object::new().into();
+        put(&object, "code", warning.code().into());
+        put(&object, "message", warning.message().into());
+        array.push(&object);
+    }
+    array.into()
 }
 
 /// A `Features`.
@@ -161,7 +166,7 @@ fn model(model: &Model) -> JsValue {
 }
 
 /// An array of numbers.
-fn list(numbers: &[f64]) -> JsValue {
+pub(super) fn list(numbers: &[f64]) -> JsValue {
     let array = Array::new();
     for &number in numbers {
         array.push(&number.into());

@@ -64,6 +64,15 @@ extern "C" {
     /// `Quality`.
     #[wasm_bindgen(typescript_type = "Quality")]
     pub type QualityObject;
+    /// The photos of `stitchMany`.
+    #[wasm_bindgen(typescript_type = "readonly PhotoInput[]")]
+    pub type PhotoInputs;
+    /// What `stitchMany` takes besides them.
+    #[wasm_bindgen(typescript_type = "ManyInputs")]
+    pub type ManyInputs;
+    /// `StitchManyResult`.
+    #[wasm_bindgen(typescript_type = "StitchManyResult")]
+    pub type StitchManyResult;
     /// `StitchResult`.
     #[wasm_bindgen(typescript_type = "StitchResult")]
     pub type StitchResult;

@@ -277,7 +277,7 @@ fn gains_from_js(value: &JsValue) -> Result<[f64; 3]> {
 }
 
 /// Runs `f`, which starts with `stage`, and turns its error into a JavaScript one that names the stage it came from.
-fn observed(
+pub(super) fn observed(
     stage: Stage,
     on_progress: &JsValue,
     f: &mut dyn FnMut(&mut JsObserver) -> Result<JsValue>,

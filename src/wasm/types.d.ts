@@ -416,3 +416,86 @@ export interface StitchResult extends Warped, Mosaic, Geometry {
   /** Milliseconds per stage that was run. */
   times: Partial<Record<Stage, number>>;
 }
+
+/** A photo of `stitchMany`. */
+export interface PhotoInput extends ImageInput {
+  /** Focal length in pixels, if known to about two per cent; by default it is estimated, one for all photos. */
+  readonly focalLength?: number | null | undefined;
+}
+
+/** What `stitchMany` takes besides photos and options. */
+export interface ManyInputs {
+  /** Index of the photo in whose view all are shown; by default the one in the middle. */
+  readonly reference?: number | null | undefined;
+}
+
+/** Whether a photo is in the picture, and if not, why. */
+export type PhotoCode =
+  /** It is in the picture. */
+  | "used"
+  /** It matches none of the others. */
+  | "no-matches"
+  /** It matches others, but not the largest group of photos that match each other. */
+  | "other-group"
+  /** It matches others, but not so that its place could be told. */
+  | "no-pose"
+  /** It looks so far to the side of the reference that it would be stretched out of shape. */
+  | "too-oblique"
+  /** Nothing of it is visible from the reference. */
+  | "not-visible";
+
+/** What became of one photo. */
+export interface PhotoReport {
+  /** Whether it is in the picture. */
+  used: boolean;
+  code: PhotoCode;
+  /**
+   * Where it was taken: X_camera = rotation · X + translation, the rotation row by row, x to the right, y down, z forward, in a
+   * unit that all photos share. Null without a place, and if `geometry` is `"homographies"`.
+   */
+  camera: { rotation: Float64Array<ArrayBuffer>; translation: Float64Array<ArrayBuffer> } | null;
+  /** In pixels; null without a camera. */
+  focalLength: number | null;
+  /** Median error of its matches by the geometry, in pixels; null without a place. */
+  error: number | null;
+  /** What red, green and blue were multiplied by in linear light, on average over the overlap with the photos before it. */
+  gains: number[];
+  /** The smallest rectangle around it in the picture, from the reference's top left pixel; null unless used. */
+  extent: Rect | null;
+}
+
+/** Two photos that were compared. */
+export interface PhotoPair {
+  /** Their indices. */
+  photos: number[];
+  /** Matching features. */
+  matches: number;
+  /** Matches that agree on one geometry. */
+  inliers: number;
+  /** Whether the two are taken to show the same scene. */
+  linked: boolean;
+}
+
+/** Everything that `stitchMany` returns. */
+export interface StitchManyResult {
+  mosaic: ImageOutput;
+  /** Which photo shows: 0 none, otherwise its index plus 1. */
+  labels: Mask;
+  /** Pixels that photos reach but none of them covers. */
+  voidMask: Mask;
+  /** Position of the reference's top left pixel in the mosaic. */
+  offset: { x: number; y: number };
+  /** Index of the photo in whose view all are shown. */
+  reference: number;
+  /** What explains the photos: cameras in different places, cameras that turned in one place, or homographies of a flat scene. */
+  geometry: "cameras" | "rotations" | "homographies";
+  /** One per photo, in the order given. */
+  photos: PhotoReport[];
+  /** The pairs of photos that were compared. */
+  pairs: PhotoPair[];
+  /** Rectangles of the mosaic: the largest one without transparent pixels, and the bounding box. */
+  crop: { inner: Rect | null; bounds: Rect | null };
+  warnings: Warning[];
+  /** Milliseconds per stage that was run. */
+  times: Partial<Record<Stage, number>>;
+}

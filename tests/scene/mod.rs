@@ -14,8 +14,9 @@ mod presets;
 mod render;
 mod shape;
 mod texture;
+mod views;
 
-pub use camera::Camera;
+pub use camera::{Camera, Pose};
 pub use gallery::gallery;
 pub use measure::{distance, map_error, median};
 pub use noise::Random;
@@ -23,3 +24,4 @@ pub use pair::{MatchOptions, Pair, SampledMatches};
 pub use photos::Photos;
 pub use presets::{plane, rotation, textureless};
 pub use render::{Scene, View};
+pub use views::Views;

@@ -126,7 +126,7 @@ impl<'a> Pair<'a> {
 }
 
 /// H∞ = K' R' Rᵀ K⁻¹ and e' = K' R' (C − C').
-fn model(from: &Camera, to: &Camera) -> Model {
+pub(super) fn model(from: &Camera, to: &Camera) -> Model {
     let turn = to.r * from.r.transpose();
     Model { h: to.k * turn * from.k_inverse(), e: to.k * (to.r * (from.centre - to.centre)) }
 }

@@ -12,7 +12,7 @@ use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model, plane_depth};
 use crate::image::reserve;
 use crate::statistics::median;
-use crate::{ImageView, Result};
+use crate::{ImageView, InverseDepth, Result};
 use background::background;
 use lines::Line;
 use mesh::{Mesh, Term};
@@ -153,7 +153,12 @@ impl Surface {
         nodes.iter().zip(weights).map(|(&node, weight)| weight * self.values[node]).sum()
     }
 
-    /// A map of the photo's size, row by row.
+    /// A map of the photo's size.
+    pub fn map(&self, (w, h): (usize, usize)) -> Result<InverseDepth> {
+        Ok(InverseDepth::from_values(self.dense((w, h))?, w, h))
+    }
+
+    /// The same, row by row.
     pub fn dense(&self, (w, h): (usize, usize)) -> Result<Vec<f32>> {
         let mut out = Vec::new();
         reserve(&mut out, w * h)?;

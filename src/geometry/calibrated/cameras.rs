@@ -90,7 +90,7 @@ fn decompose(p: &Projection, focal: f64) -> Option<(Matrix3<f64>, Vector3<f64>, 
 }
 
 /// The orthogonal factor of the polar decomposition, by Newton's iteration A ← ½(A + A⁻ᵀ) (Higham 1986).
-fn nearest_rotation(mut a: Matrix3<f64>) -> Option<Matrix3<f64>> {
+pub(in crate::geometry) fn nearest_rotation(mut a: Matrix3<f64>) -> Option<Matrix3<f64>> {
     const ITERATIONS: usize = 20;
     for _ in 0..ITERATIONS {
         let determinant = a.determinant();
@@ -111,7 +111,7 @@ fn projection(rotation: &Matrix3<f64>, t: &Vector3<f64>, focal: f64, shift: f64)
 }
 
 /// The rotation of the unit quaternion along (1, ω/2), which is exp([ω]×) up to the third order.
-fn small_rotation(omega: Vector3<f64>) -> Matrix3<f64> {
+pub(in crate::geometry) fn small_rotation(omega: Vector3<f64>) -> Matrix3<f64> {
     let half = omega * 0.5;
     let cross = half.cross_matrix();
     Matrix3::identity() + (cross + cross * cross) * (2.0 / (1.0 + half.norm_squared()))

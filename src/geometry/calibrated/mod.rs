@@ -10,6 +10,7 @@ use super::ransac::score::inliers_of;
 use super::{Comparison, Model, Score};
 use crate::statistics::median;
 use cameras::{Cameras, PARAMETERS};
+pub(super) use cameras::{nearest_rotation, small_rotation};
 use reprojection::{CAP, Noise, Priors, Reprojection};
 
 /// Focal lengths to start from, in diagonals: a wide-angle to a short telephoto lens (17 to 69 mm on a 35 mm camera). The

@@ -21,6 +21,7 @@ use crate::sampler::Sampler;
 use crate::statistics::meaningful_consensus;
 use crate::{Error, Result, Stage};
 use consensus::{Epipolar, search};
+pub(super) use fundamental::cofactors;
 use triangulation::{Triangulated, plane_parallax};
 
 /// Samples drawn in any case: most of those without outliers determine little, as on one plane.

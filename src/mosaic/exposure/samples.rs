@@ -60,7 +60,7 @@ pub(super) fn collect(
                     let levels: u8x16 = bytemuck::cast([*t, *r, [MIDDLE; 4], [MIDDLE; 4]]);
                     let usable = levels.max(least).cmp_eq(levels) & levels.min(most).cmp_eq(levels);
                     // Whatever alpha is.
-                    if t[3] != 0 && usable.move_mask() | 0b1000_1000 == 0xffff {
+                    if t[3] != 0 && reference.is_valid(*r) && usable.move_mask() | 0b1000_1000 == 0xffff {
                         let [t, r] = [t, r].map(|p| {
                             let light = |c: usize| linear[usize::from(p[c])];
                             f32x4::new([light(0), light(1), light(2), 1.0])

@@ -31,9 +31,9 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
     let pixels = image.pixels().chunks_exact(image.width());
     for (y, (row, pixels)) in mask.data_mut().chunks_exact_mut(image.width()).zip(pixels).enumerate() {
         row.iter_mut().zip(pixels).for_each(|(side, pixel)| *side = if pixel[3] != 0 { TARGET } else { NONE });
-        if reference.row(y).is_some() {
-            let over = &mut row[reference.left..reference.left + reference.photo.width()];
-            over.iter_mut().for_each(|side| *side |= REFERENCE);
+        if let Some(photo) = reference.row(y) {
+            let over = row[reference.left..].iter_mut().zip(photo);
+            over.for_each(|(side, &pixel)| *side |= if reference.is_valid(pixel) { REFERENCE } else { NONE });
         }
     }
     Ok(mask)
@@ -44,9 +44,15 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
     let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
     let size = reference.photo.size();
+    let own = if reference.masked {
+        Some(distance(seam.data().len(), width, &|i| seam.data()[i] & REFERENCE == 0)?)
+    } else {
+        None
+    };
     for (i, side) in seam.data_mut().iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);
+        let edge = own.as_ref().map_or(edge, |own| edge.min(own[i].into()));
         *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
     }
     Ok(())

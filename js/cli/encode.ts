@@ -1,0 +1,18 @@
+import { extname } from "node:path";
+
+import { encodeJpeg, encodePng } from "../codecs.js";
+import type { ImageOutput } from "../index.js";
+
+/** The bytes of a picture, as its file's name says. */
+export async function encodeImage(
+  path: string,
+  image: ImageOutput,
+  quality: number,
+): Promise<Uint8Array> {
+  return extname(path).toLowerCase() === ".png" ? encodePng(image) : encodeJpeg(image, quality);
+}
+
+/** The bytes of a JSON file. */
+export function jsonBytes(json: object): Uint8Array {
+  return new TextEncoder().encode(`${JSON.stringify(json, null, 1)}\n`);
+}

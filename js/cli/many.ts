@@ -1,0 +1,95 @@
+import { loadImage } from "../cases/case.js";
+import { encodeGrayPng } from "../codecs.js";
+import {
+  crop,
+  defaultOptions,
+  stitchMany,
+  version,
+  type Options,
+  type StitchManyResult,
+} from "../index.js";
+import type { Outputs, StitchManyCommand } from "./arguments.js";
+import { encodeImage, jsonBytes } from "./encode.js";
+import type { Produced } from "./produced.js";
+import type { ProgressLine } from "./progress.js";
+
+/** Reads, stitches and encodes three photos or more. */
+export async function stitchManyFiles(
+  { photos, reference, settings, outputs, quality, crop: part }: StitchManyCommand,
+  line: ProgressLine,
+  signal: AbortSignal,
+): Promise<Produced> {
+  line.message("reading");
+  const images = await Promise.all(photos.map(loadImage));
+  const sizes = images.map(({ width, height }) => ({ width, height }));
+  const call = { onProgress: line.show, signal };
+  // The photos are not needed any more here.
+  const result = await stitchMany(images, { ...settings, reference, ...call, transfer: true });
+  line.message("writing");
+  const rect = part === "none" ? null : result.crop[part];
+  const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
+  const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, mosaic, quality)]]);
+  if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
+  if (outputs.report) {
+    const options = { ...(await defaultOptions(settings.mode)), ...settings };
+    const json = report(await version(), photos, sizes, options, outputs, result);
+    contents.set(outputs.report, jsonBytes(json));
+  }
+  return { contents, warnings: warnings(photos, result), summary: summary(outputs, result) };
+}
+
+/** The JSON of `--report`: everything in a result except images. */
+function report(
+  version: string,
+  files: readonly string[],
+  sizes: readonly { width: number; height: number }[],
+  options: Options,
+  outputs: Outputs,
+  result: StitchManyResult,
+): object {
+  const { width, height } = result.mosaic;
+  return {
+    version,
+    photos: result.photos.map(({ camera, ...photo }, i) => ({
+      file: files[i],
+      ...sizes[i],
+      ...photo,
+      camera: camera && {
+        rotation: Array.from(camera.rotation),
+        translation: Array.from(camera.translation),
+      },
+    })),
+    pairs: result.pairs,
+    geometry: result.geometry,
+    reference: files[result.reference],
+    options,
+    crop: result.crop,
+    canvas: { width, height, offset: result.offset },
+    voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
+    warnings: result.warnings,
+    times: result.times,
+    outputs,
+  };
+}
+
+const REASONS: Readonly<Record<string, string>> = {
+  "no-matches": "it matches none of the others",
+  "other-group": "it matches only photos that do not match the others",
+  "no-pose": "its place among the others could not be told",
+  "too-oblique": "it looks too far to the side",
+  "not-visible": "nothing of it can be seen from the reference",
+};
+
+/** A line for every photo that was left out, and the warnings of the whole. */
+function warnings(files: readonly string[], { photos, warnings }: StitchManyResult): string[] {
+  const left = photos.flatMap(({ code }, i) =>
+    code === "used" ? [] : [`${code}: ${files[i]} was left out: ${REASONS[code] ?? code}`],
+  );
+  return [...left, ...warnings.map(({ code, message }) => `${code}: ${message}`)];
+}
+
+/** The summary in one line. */
+function summary(outputs: Outputs, { mosaic, photos }: StitchManyResult): string {
+  const used = photos.filter((photo) => photo.used).length;
+  return `${outputs.mosaic}: ${mosaic.width}×${mosaic.height}, ${used} of ${photos.length} photos`;
+}

@@ -1,0 +1,208 @@
+//! Which geometry explains all photos: cameras with parallax, cameras that turned, or homographies.
+
+use super::bundle::Freedom;
+use super::growth::{finish, grow};
+use super::homographies::Chain;
+use super::linear::times;
+use super::relative_pose::{RelativePose, relative_pose, turn};
+use super::rotations::{average, contradiction};
+use super::scene::{Camera, Scene};
+use super::self_calibration::calibrate;
+use super::tracks::{Track, tracks};
+use super::{Lens, PairLink};
+use crate::geometry::{DepthSample, Model};
+use crate::rect::diagonal;
+use crate::statistics::median;
+
+/// A pair whose rotation contradicts those of the others by more than this is a wrong one, in radians.
+const CONTRADICTION: f64 = 0.12;
+/// A match counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
+const EXPLAINED: f64 = 0.0019;
+
+/// What the photos were found to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MultiViewKind {
+    /// Cameras in different places.
+    Cameras,
+    /// Cameras that turned in one place, or as good as.
+    Rotations,
+    /// Photos of a plane, or of whatever homographies explain best.
+    Homographies,
+}
+
+/// One geometry of several photos.
+#[derive(Debug, Clone)]
+pub struct MultiView {
+    /// What was found.
+    pub kind: MultiViewKind,
+    /// Pairs that take no part as they contradict the others, by their index.
+    pub contradicting: Vec<usize>,
+    lenses: Vec<Lens>,
+    solved: Solved,
+}
+
+#[derive(Debug, Clone)]
+enum Solved {
+    Scene(Box<Scene>),
+    Chain(Chain, Vec<PairLink>),
+}
+
+/// Finds the geometry of photos that `links` connect with `root`, which always has a place.
+pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView {
+    let focal = calibrate(lenses, links);
+    let focals = |link: &PairLink| link.photos.map(|photo| focal.value * focal.shares[photo]);
+    let poses: Vec<Option<RelativePose>> = links.iter().map(|link| relative_pose(link, lenses, focals(link))).collect();
+    let known: Vec<RelativePose> = poses.iter().flatten().cloned().collect();
+    let rotations = average(&known, lenses.len(), root);
+    let contradicts = |pose: &RelativePose| contradiction(pose, &rotations).is_some_and(|angle| angle > CONTRADICTION);
+    let contradicting: Vec<usize> =
+        poses.iter().enumerate().filter(|(_, pose)| pose.as_ref().is_some_and(contradicts)).map(|(i, _)| i).collect();
+    let consistent: Vec<PairLink> =
+        links.iter().enumerate().filter(|(i, _)| !contradicting.contains(i)).map(|(_, link)| link.clone()).collect();
+    let poses: Vec<RelativePose> = known.into_iter().filter(|pose| !contradicts(pose)).collect();
+    let rotations = average(&poses, lenses.len(), root);
+    let tracks = tracks(lenses, &consistent);
+
+    let mut turned = Scene::new(lenses, focal.shares.clone(), focal.value);
+    let turns: Vec<RelativePose> = consistent.iter().filter_map(|link| turn(link, lenses, focals(link))).collect();
+    for (camera, rotation) in turned.cameras.iter_mut().zip(average(&turns, lenses.len(), root)) {
+        *camera = rotation.map(Camera::turned);
+    }
+    finish(&mut turned, &tracks, root, Freedom::Rotations, focal.prior);
+    let grown = grow(lenses, &focal, &tracks, &poses, &rotations);
+    let chain = Chain::of(lenses, links, &turned.diagonals, root);
+    choose(lenses, links, &tracks, contradicting, grown, turned, chain)
+}
+
+fn choose(
+    lenses: &[Lens],
+    links: &[PairLink],
+    tracks: &[Track],
+    contradicting: Vec<usize>,
+    grown: Option<Scene>,
+    turned: Scene,
+    chain: Chain,
+) -> MultiView {
+    let explained = [
+        grown.as_ref().map_or(0.0, |scene| explained_by_scene(scene, tracks)),
+        explained_by_scene(&turned, tracks),
+        explained_by_chain(&chain, lenses, links),
+    ];
+    let (kind, solved) = match grown {
+        Some(scene) if explained[0] > explained[2] => (MultiViewKind::Cameras, Solved::Scene(Box::new(scene))),
+        _ if explained[1] >= 0.9 * explained[2] => (MultiViewKind::Rotations, Solved::Scene(Box::new(turned))),
+        _ => (MultiViewKind::Homographies, Solved::Chain(chain, links.to_vec())),
+    };
+    MultiView { kind, contradicting, lenses: lenses.to_vec(), solved }
+}
+
+/// The share of all observations beyond the first of each track that landmarks explain.
+fn explained_by_scene(scene: &Scene, tracks: &[Track]) -> f64 {
+    let all: usize = tracks.iter().map(|track| track.len() - 1).sum();
+    let close = |photo: usize, distance: f64| distance < EXPLAINED * scene.diagonals[photo];
+    let explained = scene
+        .landmarks
+        .iter()
+        .flat_map(|landmark| landmark.seen.iter().map(move |o| (landmark, o)))
+        .filter(|(landmark, o)| close(o.photo, scene.distance(landmark, o)))
+        .count();
+    explained as f64 / all.max(1) as f64
+}
+
+/// The share of all matches that homographies explain.
+fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64 {
+    let (mut all, mut explained) = (0usize, 0usize);
+    for link in links {
+        all += link.matches.len();
+        let Some(h) = chain.between(link.photos) else { continue };
+        for [from, to] in link.centred_matches(lenses) {
+            let p = h * nalgebra::Vector3::new(from[0], from[1], 1.0);
+            let (dx, dy) = (p[0] / p[2] - to[0], p[1] / p[2] - to[1]);
+            explained += usize::from(p[2] > 0.0 && dx * dx + dy * dy < EXPLAINED * EXPLAINED);
+        }
+    }
+    explained as f64 / all.max(1) as f64
+}
+
+impl MultiView {
+    /// Whether a photo has a place.
+    pub fn is_placed(&self, photo: usize) -> bool {
+        match &self.solved {
+            Solved::Scene(scene) => scene.cameras[photo].is_some(),
+            Solved::Chain(chain, _) => chain.to_root[photo].is_some(),
+        }
+    }
+
+    /// The camera of a photo; `None` without a place, and with homographies.
+    pub fn camera(&self, photo: usize) -> Option<Camera> {
+        match &self.solved {
+            Solved::Scene(scene) => scene.cameras[photo],
+            Solved::Chain(..) => None,
+        }
+    }
+
+    /// The focal length of a photo in pixels; `None` with homographies.
+    pub fn focal(&self, photo: usize) -> Option<f64> {
+        match &self.solved {
+            Solved::Scene(scene) => Some(scene.focal(photo) * scene.diagonals[photo]),
+            Solved::Chain(..) => None,
+        }
+    }
+
+    /// The map from one photo to another, in pixels, d being 1/z in the cameras' unit. `None` unless both have a place.
+    pub fn model(&self, photos: [usize; 2]) -> Option<Model> {
+        match &self.solved {
+            Solved::Scene(scene) => scene.model(&self.lenses, photos),
+            Solved::Chain(chain, _) => {
+                let [from, to] = photos.map(|photo| &self.lenses[photo]);
+                Some(Model::homography(times(&to.to_pixels(), &times(&chain.between(photos)?, &from.to_centred()))))
+            }
+        }
+    }
+
+    /// Landmarks as a photo sees them, with their inverse depth there; the parallax is that in photo `other`. None without
+    /// parallax.
+    pub fn samples(&self, photo: usize, other: usize) -> Vec<DepthSample> {
+        let (Solved::Scene(scene), MultiViewKind::Cameras) = (&self.solved, self.kind) else { return Vec::new() };
+        let (Some(model), lens) = (self.model([photo, other]), &self.lenses[photo]) else { return Vec::new() };
+        let ([cx, cy], scale) = (lens.centre(), diagonal(lens.size));
+        let mut samples = Vec::new();
+        for landmark in &scene.landmarks {
+            let found = if landmark.anchor.photo == photo {
+                Some((landmark.anchor.place, landmark.depth))
+            } else {
+                let seen = landmark.seen.iter().find(|o| o.photo == photo);
+                seen.and_then(|o| Some((o.place, landmark.depth / scene.appearance(landmark, o)?.point[2])))
+            };
+            if let Some((place, depth)) = found {
+                let point = [scale * place[0] + cx, scale * place[1] + cy];
+                let parallax = model.parallax(point, depth);
+                if depth.is_finite() && parallax.is_normal() {
+                    samples.push(DepthSample { point, depth, parallax });
+                }
+            }
+        }
+        samples
+    }
+
+    /// The median error of a photo's matches in pixels; `None` without any.
+    pub fn error(&self, photo: usize) -> Option<f64> {
+        let mut errors = Vec::new();
+        match &self.solved {
+            Solved::Scene(scene) => {
+                for landmark in &scene.landmarks {
+                    for o in landmark.seen.iter().filter(|o| o.photo == photo || landmark.anchor.photo == photo) {
+                        errors.push(scene.distance(landmark, o));
+                    }
+                }
+            }
+            Solved::Chain(_, links) => {
+                for link in links.iter().filter(|link| link.photos.contains(&photo)) {
+                    let Some(model) = self.model(link.photos) else { continue };
+                    errors.extend(link.matches.iter().filter_map(|m| model.transfer_error(m.target, 0.0, m.reference)));
+                }
+            }
+        }
+        median(errors)
+    }
+}

@@ -1,0 +1,193 @@
+//! Positions of the cameras, one photo after another: rotations are known from averaging, so that two landmarks place a
+//! camera.
+
+use nalgebra::Matrix3;
+
+use super::Lens;
+use super::bundle::{Freedom, adjust};
+use super::linear::times;
+use super::placing::{Sighting, TOLERANCE, place};
+use super::relative_pose::RelativePose;
+use super::scene::{Camera, Landmark, Scene};
+use super::self_calibration::Focal;
+use super::tracks::Track;
+use crate::sampler::Sampler;
+use crate::statistics::median;
+
+/// Fewer landmarks do not place a camera.
+const FEWEST: usize = 8;
+/// Landmarks within this of where they are seen, in pixels, while cameras are still badly placed.
+const LOOSE: f64 = 12.0;
+/// Iterations of bundle adjustment after each photo, and at the end.
+const SOME: usize = 8;
+const MANY: usize = 60;
+
+/// A scene of the photos that `rotations` connect with the root; `None` without a pair that shows parallax.
+pub(super) fn grow(
+    lenses: &[Lens],
+    focal: &Focal,
+    tracks: &[Track],
+    poses: &[RelativePose],
+    rotations: &[Option<Matrix3<f64>>],
+) -> Option<Scene> {
+    let mut scene = Scene::new(lenses, focal.shares.clone(), focal.value);
+    let start = start(&scene, tracks, poses, rotations)?;
+    let [first, second] = start.photos;
+    let direction = start.direction?;
+    scene.cameras[first] = rotations[first].map(Camera::turned);
+    // The motion is (R, t) = (R₂R₁ᵀ, t₂ − R t₁) with t₁ = 0.
+    scene.cameras[second] = rotations[second].map(|rotation| Camera { rotation, translation: direction });
+    scene.triangulate(tracks, LOOSE);
+    scene.normalise();
+    adjust(&mut scene, first, Freedom::Poses, focal.prior, SOME);
+    let mut sampler = Sampler::new(1);
+    let mut refused = vec![false; lenses.len()];
+    loop {
+        scene.triangulate(tracks, LOOSE);
+        scene.normalise();
+        let Some(photo) = next(&scene, tracks, rotations, &refused) else { break };
+        let rotation = rotations[photo]?;
+        let sightings = sightings(&scene, tracks, photo);
+        let found = place(&scene, &rotation, &sightings, &mut sampler).filter(|(_, close)| *close >= FEWEST);
+        let camera = match found {
+            Some((camera, _)) => Some(camera),
+            None => by_direction(&scene, tracks, poses, rotation, photo),
+        };
+        let Some(camera) = camera else {
+            refused[photo] = true;
+            continue;
+        };
+        scene.cameras[photo] = Some(camera);
+        scene.triangulate(tracks, LOOSE);
+        scene.normalise();
+        adjust(&mut scene, first, Freedom::Poses, focal.prior, SOME);
+    }
+    finish(&mut scene, tracks, first, Freedom::Poses, focal.prior);
+    Some(scene)
+}
+
+/// Bundle adjustment until the landmarks that belong are settled.
+pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) {
+    // Rotations alone are a first guess of everything.
+    let first = if freedom == Freedom::Poses { LOOSE } else { 10.0 * LOOSE };
+    for tolerance in [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE] {
+        scene.triangulate(tracks, tolerance);
+        if freedom == Freedom::Poses {
+            scene.normalise();
+        }
+        adjust(scene, root, freedom, prior, MANY);
+        scene.estimate_noise();
+    }
+    scene.triangulate(tracks, TOLERANCE);
+    if freedom == Freedom::Poses {
+        scene.normalise();
+    }
+}
+
+/// The pair to start from: of many matches that move by much.
+fn start<'a>(
+    scene: &Scene,
+    tracks: &[Track],
+    poses: &'a [RelativePose],
+    rotations: &[Option<Matrix3<f64>>],
+) -> Option<&'a RelativePose> {
+    let mut best: Option<(f64, &RelativePose)> = None;
+    for pose in poses {
+        let [a, b] = pose.photos;
+        let (Some(from), Some(to), Some(_)) = (rotations[a], rotations[b], pose.direction) else { continue };
+        let turn = times(&to, &from.transpose());
+        let mut moved = Vec::new();
+        for track in tracks {
+            let end = |photo: usize| track.iter().find(|o| o.photo == photo);
+            if let (Some(one), Some(other)) = (end(a), end(b))
+                && let Some(found) = scene.error(turn * scene.ray(one), other)
+            {
+                moved.push((found.error[0] * found.error[0] + found.error[1] * found.error[1]).sqrt());
+            }
+        }
+        let count = moved.len() as f64;
+        let Some(parallax) = median(moved) else { continue };
+        // Beyond some 40 pixels more parallax helps little.
+        let value = count.min(500.0) * parallax.min(40.0);
+        if best.is_none_or(|(most, _)| value > most) {
+            best = Some((value, pose));
+        }
+    }
+    best.map(|(_, pose)| pose)
+}
+
+/// The photo without a place that sees most landmarks; any that is connected at last.
+fn next(scene: &Scene, tracks: &[Track], rotations: &[Option<Matrix3<f64>>], refused: &[bool]) -> Option<usize> {
+    let mut counts = vec![0usize; rotations.len()];
+    for track in tracks {
+        let placed = track.iter().filter(|o| scene.cameras[o.photo].is_some()).count();
+        for o in track.iter().filter(|o| scene.cameras[o.photo].is_none()) {
+            // Two that have placed it count much more than one that shares it.
+            counts[o.photo] += if placed >= 2 { 1000 } else { placed };
+        }
+    }
+    let open = |photo: &usize| rotations[*photo].is_some() && scene.cameras[*photo].is_none() && !refused[*photo];
+    let found = (0..rotations.len()).filter(open).max_by_key(|photo| (counts[*photo], usize::MAX - photo))?;
+    (counts[found] > 0).then_some(found)
+}
+
+/// The landmarks that a photo sees.
+fn sightings(scene: &Scene, tracks: &[Track], photo: usize) -> Vec<Sighting> {
+    // A landmark knows its anchor; the photo's own observation is in the track with that observation.
+    let mut found = Vec::new();
+    let mut landmarks = scene.landmarks.iter();
+    let mut landmark: Option<&Landmark> = landmarks.next();
+    for track in tracks {
+        let Some(current) = landmark else { break };
+        if !track.contains(&current.anchor) {
+            continue;
+        }
+        if let Some(o) = track.iter().find(|o| o.photo == photo)
+            && let Some(sighting) = Sighting::new(scene, &current.anchor, current.depth, *o)
+        {
+            found.push(sighting);
+        }
+        landmark = landmarks.next();
+    }
+    found
+}
+
+/// A camera that shares no landmark with two others: where its best pair says, at such a distance that what they share is as
+/// far as what is known already.
+fn by_direction(
+    scene: &Scene,
+    tracks: &[Track],
+    poses: &[RelativePose],
+    rotation: Matrix3<f64>,
+    photo: usize,
+) -> Option<Camera> {
+    let mut best: Option<(&RelativePose, usize)> = None;
+    for pose in poses.iter().filter(|pose| pose.photos.contains(&photo)) {
+        let other = if pose.photos[0] == photo { pose.photos[1] } else { pose.photos[0] };
+        if scene.cameras[other].is_some() && best.is_none_or(|(known, _)| pose.weight > known.weight) {
+            best = Some((pose, other));
+        }
+    }
+    let (pose, other) = best?;
+    let neighbour = scene.cameras[other]?;
+    let Some(direction) = pose.direction else {
+        // It only turned: it stands where the other stands.
+        let turn = times(&rotation, &neighbour.rotation.transpose());
+        return Some(Camera { rotation, translation: turn * neighbour.translation });
+    };
+    // Of length 1, from the neighbour to this photo.
+    let turn = times(&rotation, &neighbour.rotation.transpose());
+    let motion = if pose.photos[0] == photo { -(turn * direction) } else { direction };
+    let at = |length: f64| Camera { rotation, translation: turn * neighbour.translation + motion * length };
+    let mut trial = scene.clone();
+    trial.cameras.iter_mut().enumerate().for_each(|(i, camera)| {
+        if i != other {
+            *camera = None;
+        }
+    });
+    trial.cameras[photo] = Some(at(1.0));
+    trial.triangulate(tracks, LOOSE);
+    let inverse = median(trial.landmarks.iter().map(|landmark| landmark.depth).collect())?;
+    // The median inverse depth of what is known is 1.
+    (inverse > 0.0 && inverse.is_normal()).then(|| at(inverse))
+}

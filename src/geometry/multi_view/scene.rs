@@ -1,0 +1,178 @@
+//! Cameras and points: the unknowns of bundle adjustment.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Lens;
+use super::linear::times;
+use super::tracks::{Observation, Track};
+use crate::geometry::Model;
+use crate::rect::diagonal;
+use crate::statistics::{RAYLEIGH_MEDIAN, median};
+
+/// Features are not localised better, nor kept if they are worse, in pixels.
+const LEAST_NOISE: f64 = 0.1;
+const MOST_NOISE: f64 = 1.0;
+
+/// A camera in the scene: X_cam = R X + t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// R.
+    pub rotation: Matrix3<f64>,
+    /// t, in a unit that all cameras share.
+    pub translation: Vector3<f64>,
+}
+
+impl Camera {
+    pub(super) fn turned(rotation: Matrix3<f64>) -> Self {
+        Self { rotation, translation: Vector3::zeros() }
+    }
+
+    /// R and t of the motion from this camera's coordinates to those of another.
+    pub(super) fn motion_to(&self, other: &Self) -> (Matrix3<f64>, Vector3<f64>) {
+        let rotation = times(&other.rotation, &self.rotation.transpose());
+        (rotation, other.translation - rotation * self.translation)
+    }
+}
+
+/// A scene point: the ray of one photo and the inverse depth along it.
+#[derive(Debug, Clone)]
+pub(super) struct Landmark {
+    /// Its photo and place there.
+    pub anchor: Observation,
+    /// 1/z there.
+    pub depth: f64,
+    /// As other photos see it.
+    pub seen: Vec<Observation>,
+}
+
+/// What is solved for.
+#[derive(Debug, Clone)]
+pub(super) struct Scene {
+    /// `None` where a photo has no place yet.
+    pub cameras: Vec<Option<Camera>>,
+    /// ln of the focal length in diagonals, where each photo's is the product of this and its share.
+    pub log_focal: f64,
+    /// The focal lengths' ratios: 1 if nothing is known of any.
+    pub shares: Vec<f64>,
+    /// Pixels per diagonal.
+    pub diagonals: Vec<f64>,
+    pub landmarks: Vec<Landmark>,
+    /// Standard deviation of the places of landmarks, in pixels.
+    pub noise: f64,
+}
+
+/// How a landmark appears.
+pub(super) struct Appearance {
+    /// In camera coordinates, but for the scale.
+    pub point: Vector3<f64>,
+    /// Its error in pixels.
+    pub error: [f64; 2],
+}
+
+impl Scene {
+    pub fn new(lenses: &[Lens], shares: Vec<f64>, focal: f64) -> Self {
+        Self {
+            cameras: vec![None; lenses.len()],
+            log_focal: libm::log(focal),
+            shares,
+            diagonals: lenses.iter().map(|lens| diagonal(lens.size)).collect(),
+            landmarks: Vec::new(),
+            noise: MOST_NOISE,
+        }
+    }
+
+    /// The focal length of a photo in its diagonals.
+    pub fn focal(&self, photo: usize) -> f64 {
+        libm::exp(self.log_focal) * self.shares[photo]
+    }
+
+    /// The ray (x, y, 1) of a place.
+    pub fn ray(&self, o: &Observation) -> Vector3<f64> {
+        let f = self.focal(o.photo);
+        Vector3::new(o.place[0] / f, o.place[1] / f, 1.0)
+    }
+
+    /// Where a camera sees a landmark; `None` behind it.
+    pub fn appearance(&self, landmark: &Landmark, o: &Observation) -> Option<Appearance> {
+        let (from, to) = (self.cameras[landmark.anchor.photo].as_ref()?, self.cameras[o.photo].as_ref()?);
+        let (rotation, translation) = from.motion_to(to);
+        self.error(rotation * self.ray(&landmark.anchor) + translation * landmark.depth, o)
+    }
+
+    /// The error of a point in camera coordinates, but for the scale; `None` behind the camera.
+    pub fn error(&self, point: Vector3<f64>, o: &Observation) -> Option<Appearance> {
+        if point[2].is_nan() || point[2] <= 1e-9 {
+            return None;
+        }
+        let (f, unit) = (self.focal(o.photo), self.diagonals[o.photo]);
+        let error = [0, 1].map(|k| unit * (f * point[k] / point[2] - o.place[k]));
+        Some(Appearance { point, error })
+    }
+
+    /// The distance in pixels of a landmark's image from where it was seen.
+    pub fn distance(&self, landmark: &Landmark, o: &Observation) -> f64 {
+        self.appearance(landmark, o)
+            .map_or(f64::INFINITY, |a| (a.error[0] * a.error[0] + a.error[1] * a.error[1]).sqrt())
+    }
+
+    /// Makes landmarks anew of all tracks that two placed photos or more see within `tolerance` pixels of one point.
+    #[inline(never)]
+    pub fn triangulate(&mut self, tracks: &[Track], tolerance: f64) {
+        let landmarks = tracks.iter().filter_map(|track| self.landmark(track, tolerance)).collect();
+        self.landmarks = landmarks;
+    }
+
+    fn landmark(&self, track: &Track, tolerance: f64) -> Option<Landmark> {
+        let placed: Vec<Observation> = track.iter().filter(|o| self.cameras[o.photo].is_some()).copied().collect();
+        let (anchor, seen) = placed.split_first()?;
+        let mut found = Landmark { anchor: *anchor, depth: 0.0, seen: seen.to_vec() };
+        found.depth = self.depth(&found)?;
+        let seen = std::mem::take(&mut found.seen);
+        found.seen = seen.into_iter().filter(|o| self.distance(&found, o) < tolerance).collect();
+        (!found.seen.is_empty()).then_some(found)
+    }
+
+    /// The inverse depth of a landmark that suits all who see it, by linear least squares.
+    fn depth(&self, landmark: &Landmark) -> Option<f64> {
+        let ray = self.ray(&landmark.anchor);
+        let from = self.cameras[landmark.anchor.photo].as_ref()?;
+        let (mut square, mut product) = (0.0, 0.0);
+        for o in &landmark.seen {
+            let (rotation, t) = from.motion_to(self.cameras[o.photo].as_ref()?);
+            let (far, f) = (rotation * ray, self.focal(o.photo));
+            for k in 0..2 {
+                let x = o.place[k] / f;
+                let slope = t[k] - x * t[2];
+                square += slope * slope;
+                product += slope * (x * far[2] - far[k]);
+            }
+        }
+        // Turned cameras say nothing of depth, and need none.
+        Some(if square > 1e-14 { product / square } else { 0.0 })
+    }
+
+    /// Estimates the noise by the errors as they are.
+    pub fn estimate_noise(&mut self) {
+        let errors =
+            self.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(|o| self.distance(landmark, o)));
+        if let Some(error) = median(errors.collect()) {
+            self.noise = (error / RAYLEIGH_MEDIAN).clamp(LEAST_NOISE, MOST_NOISE);
+        }
+    }
+
+    /// Scales the scene so that the median inverse depth is 1.
+    pub fn normalise(&mut self) {
+        let depths: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.depth).collect();
+        let Some(scale) = median(depths).filter(|scale| *scale > 0.0 && scale.is_normal()) else { return };
+        self.landmarks.iter_mut().for_each(|landmark| landmark.depth /= scale);
+        self.cameras.iter_mut().flatten().for_each(|camera| camera.translation *= scale);
+    }
+
+    /// The model from one photo to another, in pixels; its inverse depth is 1/z. `None` unless both have a place.
+    pub fn model(&self, lenses: &[Lens], [from, to]: [usize; 2]) -> Option<Model> {
+        let (rotation, translation) = self.cameras[from].as_ref()?.motion_to(self.cameras[to].as_ref()?);
+        let [_, back] = lenses[from].calibration(self.focal(from));
+        let [k, _] = lenses[to].calibration(self.focal(to));
+        Some(Model { h: times(&k, &times(&rotation, &back)), e: k * translation })
+    }
+}

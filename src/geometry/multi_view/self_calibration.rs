@@ -1,0 +1,92 @@
+//! The focal length that the pairs of photos tell, before any camera is known.
+//!
+//! With the right one, the essential matrix of a pair has two equal singular values (Mendonça & Cipolla 1999), and the
+//! homography of a pair that only turned is a rotation. Either tells little in some pairs, and is wrong in others: a weak prior
+//! and a bounded cost make one number of all.
+
+use nalgebra::Matrix3;
+
+use super::linear::{eigen, times};
+use super::{Lens, PairLink};
+use crate::geometry::{Model, ModelKind};
+use crate::rect::diagonal;
+
+/// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
+/// camera.
+const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
+/// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded.
+const KNOWN_FOCAL: f64 = 0.02;
+/// Shortest and longest focal length that is tried, in diagonals, and how many.
+const RANGE: [f64; 2] = [0.3, 3.0];
+const STEPS: u32 = 60;
+/// How far from equal singular values may be, as a share, by noise alone.
+const SPREAD: f64 = 0.02;
+/// The most that a pair counts, in standard deviations, squared.
+const CAP: f64 = 9.0;
+
+/// Focal lengths of a set of photos.
+pub(super) struct Focal {
+    /// Each photo's, as a share of a common one.
+    pub shares: Vec<f64>,
+    /// The common one, in diagonals.
+    pub value: f64,
+    /// Mean and standard deviation of the prior of its logarithm.
+    pub prior: [f64; 2],
+}
+
+/// The focal length of the photos: as given, where any is; otherwise one for all, as a share of the diagonal.
+pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
+    let known: Vec<f64> = lenses.iter().filter_map(|lens| lens.focal.map(|f| f / diagonal(lens.size))).collect();
+    if let Some(common) = crate::statistics::median(known) {
+        let share = |lens: &Lens| lens.focal.map_or(1.0, |f| f / diagonal(lens.size) / common);
+        let prior = [libm::log(common), KNOWN_FOCAL];
+        return Focal { shares: lenses.iter().map(share).collect(), value: common, prior };
+    }
+    let models: Vec<_> = links.iter().map(|link| (link, link.centred(lenses))).collect();
+    let total: f64 = links.iter().map(|link| (link.matches.len() as f64).sqrt()).sum();
+    let mut best = (f64::INFINITY, 1.0);
+    let ratio = libm::log(RANGE[1] / RANGE[0]) / f64::from(STEPS);
+    for step in 0..=STEPS {
+        let log_focal = libm::log(RANGE[0]) + ratio * f64::from(step);
+        let f = libm::exp(log_focal);
+        let off = (log_focal - LOG_FOCAL[0]) / LOG_FOCAL[1];
+        let mut cost = off * off;
+        for (link, model) in &models {
+            let matrix = match link.kind {
+                ModelKind::TwoView => essential(model, [f; 2]),
+                _ => calibrated(&model.h, [f; 2]),
+            };
+            let spread = spread(&matrix, link.kind == ModelKind::TwoView) / SPREAD;
+            // Two pairs' worth of evidence is worth as much as the prior, whatever the number of pairs.
+            let weight = 2.0 * (link.matches.len() as f64).sqrt() * models.len() as f64 / total;
+            cost += weight * spread * spread / (1.0 + spread * spread / CAP);
+        }
+        if cost < best.0 {
+            best = (cost, f);
+        }
+    }
+    Focal { shares: vec![1.0; lenses.len()], value: best.1, prior: LOG_FOCAL }
+}
+
+/// The homography of centred coordinates in calibrated ones, K'⁻¹ H K, of focal lengths in diagonals.
+pub(super) fn calibrated(h: &Matrix3<f64>, [from, to]: [f64; 2]) -> Matrix3<f64> {
+    let mut scaled = *h;
+    scaled.column_mut(0).scale_mut(from);
+    scaled.column_mut(1).scale_mut(from);
+    scaled.row_mut(0).scale_mut(1.0 / to);
+    scaled.row_mut(1).scale_mut(1.0 / to);
+    scaled
+}
+
+/// The essential matrix K'ᵀ [e]× H K of a model of centred coordinates.
+pub(super) fn essential(model: &Model, [from, to]: [f64; 2]) -> Matrix3<f64> {
+    calibrated(&times(&model.e.cross_matrix(), &model.h), [from, 1.0 / to])
+}
+
+/// How far the two largest singular values, or all three, are from each other, as a share.
+fn spread(m: &Matrix3<f64>, two: bool) -> f64 {
+    // The eigenvalues of MᵀM are the squares.
+    let [most, middle, least] = eigen(&times(&m.transpose(), m)).map(|(value, _)| value.max(0.0).sqrt());
+    let other = if two { middle } else { least };
+    if most > 0.0 { (most - other) / (most + other) } else { 1.0 }
+}

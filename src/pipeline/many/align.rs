@@ -1,0 +1,187 @@
+//! The first half: features → pair graph → geometry → depth.
+
+use super::depth::{PhotoDepth, depths};
+use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
+use super::memory::Budget;
+use super::result::{Photo, PhotoCode, PhotoReport};
+use super::{ManyOptions, view};
+use crate::geometry::{Lens, Model, MultiView, PairLink, multi_view};
+use crate::observer::{Observer, report};
+use crate::pipeline::timer::StageTimer;
+use crate::{Error, ImageView, InverseDepth, Result, Stage};
+
+/// Fewest and most photos.
+const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
+
+/// Where the photos belong: what rendering needs besides them.
+#[derive(Debug, Clone)]
+pub struct ManyAlignment {
+    /// The photo in whose view all are shown.
+    pub reference: usize,
+    /// The photos to show, from the reference, which is the first, outward.
+    pub order: Vec<usize>,
+    /// What is to become of each photo.
+    pub codes: Vec<PhotoCode>,
+    /// The pairs of photos that were compared.
+    pub pairs: Vec<PhotoPair>,
+    pub(super) geometry: MultiView,
+    pub(super) depths: Vec<Option<PhotoDepth>>,
+}
+
+/// Finds the place of each photo, and its inverse depth.
+///
+/// # Errors
+/// `invalid-argument` for fewer than two or more than thirty photos, a reference that is none of them, or a focal length that
+/// is no positive number; `too-large` when the predicted peak exceeds
+/// [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes), before anything is allocated; `no-consensus` when no two
+/// photos match, or the reference matches none; those of [`detect`](crate::features::detect),
+/// [`match_features`](crate::features::match_features), [`estimate`](crate::geometry::estimate) and
+/// [`refine`](crate::depth::refine).
+pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<ManyAlignment> {
+    check(photos, options)?;
+    let mut timer = StageTimer::start(observer);
+    align_timed(photos, options, observer, &mut timer)
+}
+
+pub(super) fn align_timed(
+    photos: &[Photo<'_>],
+    options: &ManyOptions,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<ManyAlignment> {
+    let stages = &options.stages;
+    let images: Vec<ImageView<'_>> = photos.iter().map(|photo| photo.image).collect();
+    let features = features(&images, stages, observer)?;
+    timer.end(Stage::Detect, observer);
+    let mut graph = pair_graph(&features, stages, observer)?;
+    drop(features);
+    timer.end(Stage::Match, observer);
+    report(observer, Stage::Estimate, 0.0)?;
+    let group = largest_group(images.len(), options.reference, &graph.links);
+    if group.len() < 2 {
+        return Err(unmatched(&graph, options.reference));
+    }
+    let mut codes = codes(images.len(), &group, &graph.links);
+    let lens = |photo: &Photo<'_>| Lens {
+        size: (photo.image.width(), photo.image.height()),
+        focal: photo.focal.or(stages.estimate.focal),
+    };
+    let lenses: Vec<Lens> = photos.iter().map(lens).collect();
+    let inside: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
+    let root = options.reference.unwrap_or(group[0]);
+    let geometry = multi_view(&lenses, &inside, root);
+    for link in geometry.contradicting.iter().filter_map(|&i| inside.get(i)) {
+        graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
+    }
+    let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
+    group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
+    timer.end(Stage::Estimate, observer);
+
+    let sizes: Vec<(usize, usize)> = lenses.iter().map(|lens| lens.size).collect();
+    let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry));
+    let mut used = vec![reference];
+    for &photo in placed.iter().filter(|photo| **photo != reference) {
+        if view::can_be_shown(&sizes, [photo, reference], &geometry) {
+            used.push(photo);
+        } else {
+            codes[photo] = PhotoCode::TooOblique;
+        }
+    }
+    codes[reference] = PhotoCode::Used;
+    let depths = depths(&images, &used, reference, &geometry, &inside, stages.refine.as_ref(), observer)?;
+    timer.end(Stage::Depth, observer);
+    let order = view::outward(reference, &used, &inside);
+    Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, geometry, depths })
+}
+
+impl ManyAlignment {
+    /// The map from a photo into the reference's view, by its inverse depth, and that depth: `None` where the map has no
+    /// parallax. `None` for a photo without a place.
+    pub fn map(&self, photo: usize) -> Option<(Model, Option<&InverseDepth>)> {
+        let model = self.geometry.model([photo, self.reference])?;
+        Some((model, self.depth(photo)))
+    }
+
+    /// What became of a photo so far.
+    pub fn report(&self, photo: usize) -> PhotoReport {
+        let camera = self.geometry.camera(photo);
+        PhotoReport {
+            code: self.codes[photo],
+            camera,
+            focal: camera.and_then(|_| self.geometry.focal(photo)),
+            error: self.geometry.error(photo),
+            gains: [1.0; 3],
+            extent: None,
+        }
+    }
+
+    pub(super) fn depth(&self, photo: usize) -> Option<&InverseDepth> {
+        self.depths[photo].as_ref().map(|depth| &depth.map)
+    }
+
+    /// How far a photo's landmarks miss those left out of its map, in pixels.
+    pub(super) fn spread(&self, photo: usize) -> f64 {
+        self.depths[photo].as_ref().map_or(0.0, |depth| depth.spread)
+    }
+}
+
+/// Refuses what cannot be stitched; the memory that the rest may take.
+pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Result<Budget<'a>> {
+    for value in photos.iter().filter_map(|photo| photo.focal).chain(options.stages.estimate.focal) {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
+        }
+    }
+    check_sizes(photos.iter().map(|photo| (photo.image.width(), photo.image.height())), options)
+}
+
+/// As [`check`], by the photos' sizes alone.
+pub(crate) fn check_sizes(
+    sizes: impl ExactSizeIterator<Item = (usize, usize)>,
+    options: &ManyOptions,
+) -> Result<Budget<'_>> {
+    let count = sizes.len();
+    check_count(count)?;
+    if let Some(reference) = options.reference.filter(|reference| *reference >= count) {
+        return Err(Error::InvalidArgument {
+            name: "reference",
+            expected: "the index of a photo",
+            value: reference as f64,
+        }
+        .into());
+    }
+    let budget = Budget::of(sizes, &options.stages);
+    budget.check((0, 0))?;
+    Ok(budget)
+}
+
+/// Refuses too few photos, and too many.
+pub(crate) fn check_count(count: usize) -> Result<()> {
+    if PHOTOS.contains(&count) {
+        return Ok(());
+    }
+    Err(Error::InvalidArgument { name: "photos", expected: "from 2 to 30 photos", value: count as f64 }.into())
+}
+
+/// Of all photos, before any is given up for its place.
+fn codes(count: usize, group: &[usize], links: &[PairLink]) -> Vec<PhotoCode> {
+    let code = |photo: usize| {
+        if group.contains(&photo) {
+            PhotoCode::Used
+        } else if links.iter().any(|link| link.photos.contains(&photo)) {
+            PhotoCode::OtherGroup
+        } else {
+            PhotoCode::NoMatches
+        }
+    };
+    (0..count).map(code).collect()
+}
+
+/// The error of photos that do not belong together, by the pair that comes closest; of a `reference` that matches none, by its
+/// pairs.
+fn unmatched(graph: &Graph, reference: Option<usize>) -> Box<Error> {
+    let own = |pair: &&PhotoPair| reference.is_none_or(|reference| pair.photos.contains(&reference));
+    let best = graph.pairs.iter().filter(own).max_by_key(|pair| (pair.inliers, pair.matches));
+    let (matches, inliers) = best.map_or((0, 0), |pair| (pair.matches, pair.inliers));
+    Error::NoConsensus { matches, inliers, needed: FEWEST }.into()
+}

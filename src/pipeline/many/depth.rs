@@ -1,0 +1,207 @@
+//! The inverse depth of each photo, 1/z in the unit of the cameras: from stereo with its best neighbours, where the landmarks
+//! say what to expect; a smooth surface goes through what was found, and on beyond it.
+
+use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
+use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
+use crate::image::{filled, reserve};
+use crate::metrics::bending;
+use crate::observer::{Observer, Portion};
+use crate::rect::diagonal;
+use crate::statistics::median;
+use crate::{ImageView, InverseDepth, Mask, Result, View};
+
+/// How many neighbours a photo is compared with.
+const NEIGHBOURS: usize = 2;
+/// A neighbour that sees things shifted by less than this is no help, and beyond that a farther one is no better: shares of
+/// the diagonal.
+const LEAST_SHIFT: f64 = 0.001;
+const MOST_SHIFT: f64 = 0.03;
+/// More matches than this do not make a neighbour better.
+const MOST_MATCHES: usize = 500;
+/// Most landmarks of a photo that take part: more make the map no better, but slower.
+const SAMPLES: usize = 1500;
+/// Fewer landmarks are no surface.
+const FEWEST: usize = 20;
+/// What lies closer to the neighbour's border than this, in its pixels, was matched badly.
+const MARGIN: f64 = 3.0;
+/// As of two photos: a surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane.
+const MOST_BENDING: f64 = 1.3;
+/// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
+const RELIEF: f64 = 0.7;
+
+/// The depth of one photo.
+#[derive(Debug, Clone)]
+pub(super) struct PhotoDepth {
+    pub map: InverseDepth,
+    /// How far the landmarks' map misses those left out of it, in pixels.
+    pub spread: f64,
+}
+
+/// A neighbour that is worth a comparison.
+struct Neighbour {
+    photos: [usize; 2],
+    value: f64,
+}
+
+/// The depth of every photo of `used`; `None` where landmarks are too few, and everywhere without parallax. `reference` is the
+/// photo in whose view all are shown.
+pub(super) fn depths(
+    photos: &[ImageView<'_>],
+    used: &[usize],
+    reference: usize,
+    geometry: &MultiView,
+    links: &[PairLink],
+    refine: Option<&RefineOptions>,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Option<PhotoDepth>>> {
+    let neighbours = neighbours(photos, used, geometry, links);
+    let best = |photo: usize| {
+        let found = neighbours.iter().find(|n| n.photos.contains(&photo))?;
+        Some(found.photos[usize::from(found.photos[0] == photo)])
+    };
+    let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
+    let count = used.len() as f32;
+    for (i, &photo) in used.iter().enumerate() {
+        let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
+        if let Some(other) = best(photo) {
+            depths[photo] = prior(&geometry.samples(photo, other), photos[photo], &mut portion)?;
+        }
+    }
+    let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
+    if let Some(refine) = refine {
+        let count = neighbours.len() as f32;
+        for (i, neighbour) in neighbours.iter().enumerate() {
+            let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
+            compare(photos, neighbour.photos, geometry, &depths, refine, &mut known, &mut portion)?;
+        }
+    }
+    for (i, &photo) in used.iter().enumerate() {
+        let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
+        let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) else { continue };
+        let (Some(model), Some(view)) = (geometry.model([photo, other]), geometry.model([photo, reference])) else {
+            continue;
+        };
+        let sizes = [other, reference].map(|photo| (photos[photo].width(), photos[photo].height()));
+        let there = OtherView { model: &model, size: sizes[0] };
+        let known = known[photo].take().unwrap_or_else(|| own.map.clone());
+        let mut known = KnownDepth::new(known, Some(photos[photo]), there, &[], &mut portion)?;
+        if let Some(surface) = surface(&mut known, &view, sizes[1])? {
+            own.map = surface;
+        }
+    }
+    Ok(depths)
+}
+
+/// The pairs to compare, the best first: of each photo's best ones.
+fn neighbours(photos: &[ImageView<'_>], used: &[usize], geometry: &MultiView, links: &[PairLink]) -> Vec<Neighbour> {
+    let mut found: Vec<Neighbour> = Vec::new();
+    for link in links.iter().filter(|link| link.photos.iter().all(|photo| used.contains(photo))) {
+        let [a, b] = link.photos;
+        let shifts = geometry.samples(a, b).iter().map(|s| (s.depth * s.parallax).abs()).collect();
+        let Some(shift) = median(shifts) else { continue };
+        let shift = shift / diagonal((photos[b].width(), photos[b].height()));
+        if shift < LEAST_SHIFT {
+            continue;
+        }
+        let value = link.matches.len().min(MOST_MATCHES) as f64 * shift.min(MOST_SHIFT);
+        let at = found.iter().position(|other| other.value < value).unwrap_or(found.len());
+        found.insert(at, Neighbour { photos: link.photos, value });
+    }
+    let mut counts = vec![0; photos.len()];
+    found.retain(|neighbour| {
+        let wanted = neighbour.photos.iter().any(|&photo| counts[photo] < NEIGHBOURS);
+        if wanted {
+            neighbour.photos.iter().for_each(|&photo| counts[photo] += 1);
+        }
+        wanted
+    });
+    found
+}
+
+/// A map through the landmarks.
+fn prior(samples: &[DepthSample], photo: ImageView<'_>, observer: &mut dyn Observer) -> Result<Option<PhotoDepth>> {
+    let step = samples.len().div_ceil(SAMPLES).max(1);
+    let mut samples: Vec<DepthSample> = samples.iter().step_by(step).copied().collect();
+    if samples.len() < FEWEST {
+        return Ok(None);
+    }
+    let Some(plane) = dominant_plane(&samples, 1.0) else { return Ok(None) };
+    samples.iter_mut().for_each(|s| s.depth -= plane_depth(plane, s.point));
+    let square = samples.iter().map(|s| s.depth * s.depth).sum::<f64>() / samples.len() as f64;
+    let size = if square.sqrt().is_normal() { square.sqrt() } else { 1.0 };
+    samples.iter_mut().for_each(|s| (s.depth, s.parallax) = (s.depth / size, s.parallax * size));
+    let (map, spread) = dense(&samples, photo, observer)?;
+    let width = photo.width();
+    let map = map.map_indexed(|i, v| {
+        (f64::from(v) * size + plane_depth(plane, [(i % width) as f64, (i / width) as f64])) as f32
+    })?;
+    Ok(Some(PhotoDepth { map, spread }))
+}
+
+/// Stereo of two photos: what is found reliable is added to what is `known` of either, which stays.
+fn compare(
+    photos: &[ImageView<'_>],
+    pair: [usize; 2],
+    geometry: &MultiView,
+    depths: &[Option<PhotoDepth>],
+    refine: &RefineOptions,
+    known: &mut [Option<InverseDepth>],
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let [a, b] = pair;
+    let (Some(first), Some(second)) = (&depths[a], &depths[b]) else { return Ok(()) };
+    let (Some(forward), Some(reverse)) = (geometry.model([a, b]), geometry.model([b, a])) else { return Ok(()) };
+    let views = [(a, first), (b, second)].map(|(photo, depth)| View { image: photos[photo], depth: Some(&depth.map) });
+    let prior = Prior { error: [first.spread, second.spread], weak: true };
+    let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
+    let [of_first, of_second] = &found.reliable;
+    let size = |photo: usize| (photos[photo].width(), photos[photo].height());
+    add(&mut known[a], &found.target, of_first, &forward, size(b))?;
+    add(&mut known[b], &found.reference, of_second, &reverse, size(a))
+}
+
+/// Adds what is reliable, and does not land next to the border of the other photo, where nothing is known yet.
+fn add(
+    known: &mut Option<InverseDepth>,
+    depth: &InverseDepth,
+    reliable: &Mask,
+    model: &Model,
+    other: (usize, usize),
+) -> Result<()> {
+    let (width, height) = (depth.width(), depth.height());
+    let before = match known.take() {
+        Some(before) => before.into_values(),
+        None => filled(width * height, f32::NAN)?,
+    };
+    let limit = [other.0, other.1].map(|side| side as f64 - MARGIN);
+    let mut values = Vec::new();
+    reserve(&mut values, width * height)?;
+    let all = before.into_iter().zip(depth.data()).zip(reliable.data());
+    values.extend(all.enumerate().map(|(i, ((before, &d), &mark))| {
+        if !before.is_nan() || mark == 0 {
+            return before;
+        }
+        let place = model.project((i % width) as f64, (i / width) as f64, f64::from(d)).unwrap_or_default();
+        let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
+        if within { d } else { f32::NAN }
+    }));
+    *known = Some(InverseDepth::from_values(values, width, height));
+    Ok(())
+}
+
+/// A surface through what is known: where going on would bend the picture too much in the reference's view, as a plane.
+fn surface(known: &mut KnownDepth<'_>, view: &Model, reference: (usize, usize)) -> Result<Option<InverseDepth>> {
+    let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
+        let shape = SurfaceShape { extrapolation, ..SurfaceShape::default() };
+        let Some(map) = known.map(shape)? else { return Ok(None) };
+        Ok(Some((bending(map.size(), view, Some(&map), reference).unwrap_or(0.0), map)))
+    };
+    let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
+    if bent > MOST_BENDING
+        && let Some((less, plane)) = completed(Extrapolation::Plane)?
+        && less < RELIEF * bent
+    {
+        return Ok(Some(plane));
+    }
+    Ok(Some(surface))
+}

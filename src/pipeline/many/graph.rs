@@ -1,0 +1,157 @@
+//! The pair graph: which photos overlap, and the matches that say so.
+
+use crate::features::{Features, MatchOptions, detect, match_features, matches_of};
+use crate::geometry::{EstimateOptions, ModelKind, PairLink, two_view_geometry};
+use crate::observer::{Observer, Portion};
+use crate::pipeline::models::if_possible;
+use crate::pipeline::options::Options;
+use crate::{ImageView, Result};
+
+/// Up to so many photos all pairs are matched; beyond, each photo with so many others.
+const CANDIDATES: usize = 8;
+/// Most features of a photo that are matched: the work grows with their square, and tracks through several photos make up for
+/// what a pair lacks.
+const FEATURES: usize = 5000;
+/// The strongest features of each photo tell which others it may overlap.
+const STRONGEST: usize = 400;
+/// Fewer inliers say nothing about a pair, though they may be more than chance.
+pub(super) const FEWEST: usize = 20;
+
+/// Two photos that were compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoPair {
+    /// Indices of both photos, ascending.
+    pub photos: [usize; 2],
+    /// Matching features.
+    pub matches: usize,
+    /// Those that agree on one geometry.
+    pub inliers: usize,
+    /// Whether the two are taken to show the same scene: by enough inliers, whose geometry does not contradict that of other
+    /// pairs.
+    pub linked: bool,
+}
+
+/// Photos and the pairs of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Graph {
+    /// What ties photos together.
+    pub links: Vec<PairLink>,
+    /// All that were compared.
+    pub pairs: Vec<PhotoPair>,
+}
+
+/// Detects the features of every photo, the strongest of which are kept.
+pub(super) fn features(
+    photos: &[ImageView<'_>],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Features>> {
+    let all = photos.len() as f32;
+    let one = |(i, photo): (usize, &ImageView<'_>)| {
+        let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
+        Ok(strongest(detect(*photo, &options.features.detect, &mut portion)?, FEATURES))
+    };
+    photos.iter().enumerate().map(one).collect()
+}
+
+/// Compares the photos, pair by pair.
+pub(super) fn pair_graph(features: &[Features], options: &Options, observer: &mut dyn Observer) -> Result<Graph> {
+    let candidates = candidates(features, &options.features.matching, &mut Portion::new(observer, 0.0, 0.2))?;
+    let mut graph = Graph::default();
+    let all = candidates.len() as f32;
+    for (i, photos) in candidates.into_iter().enumerate() {
+        let mut portion = Portion::new(observer, 0.2 + 0.8 * i as f32 / all, 0.2 + 0.8 * (i + 1) as f32 / all);
+        let (pair, link) = compare(photos, features, options, &mut portion)?;
+        graph.links.extend(link);
+        graph.pairs.push(pair);
+    }
+    Ok(graph)
+}
+
+/// The pairs that are worth a comparison.
+fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn Observer) -> Result<Vec<[usize; 2]>> {
+    let count = features.len();
+    let all = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+    if count <= CANDIDATES {
+        return Ok(all.collect());
+    }
+    let few: Vec<Features> = features.iter().map(|features| strongest(features.clone(), STRONGEST)).collect();
+    let pairs = count * (count - 1) / 2;
+    let mut scores: Vec<([usize; 2], usize)> = Vec::with_capacity(pairs);
+    for (i, photos) in all.enumerate() {
+        let mut portion = Portion::new(observer, i as f32 / pairs as f32, (i + 1) as f32 / pairs as f32);
+        let [a, b] = photos;
+        scores.push((photos, match_features(&few[a], &few[b], options, &mut portion)?.len()));
+    }
+    // Of either photo's best ones.
+    let rank = |photo: usize, own: &([usize; 2], usize)| {
+        let better = |other: &&([usize; 2], usize)| {
+            other.0.contains(&photo) && (other.1 > own.1 || other.1 == own.1 && other.0 < own.0)
+        };
+        scores.iter().filter(better).count()
+    };
+    let kept = scores.iter().filter(|own| own.0.iter().any(|&photo| rank(photo, own) < CANDIDATES));
+    Ok(kept.map(|(photos, _)| *photos).collect())
+}
+
+/// The strongest features of a photo: they come first.
+fn strongest(mut features: Features, count: usize) -> Features {
+    features.keypoints.truncate(count);
+    features.descriptors.truncate(count);
+    features
+}
+
+/// Matches two photos and looks for one geometry that the matches agree on.
+fn compare(
+    photos: [usize; 2],
+    features: &[Features],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<(PhotoPair, Option<PairLink>)> {
+    let [a, b] = photos.map(|photo| &features[photo]);
+    let pairs = match_features(a, b, &options.features.matching, &mut Portion::new(observer, 0.0, 0.7))?;
+    let matches = matches_of(a, b, &pairs);
+    let mut pair = PhotoPair { photos, matches: matches.len(), inliers: 0, linked: false };
+    let estimate = EstimateOptions { focal: None, ..options.estimate.clone() };
+    let found = two_view_geometry(&matches, [a.size, b.size], &estimate, &mut Silent(observer));
+    let Some(found) = if_possible(found)? else { return Ok((pair, None)) };
+    let flags = &found.estimate.inliers;
+    pair.inliers = flags.iter().filter(|flag| **flag).count();
+    pair.linked = pair.inliers >= FEWEST;
+    let inlying = |i: &usize| flags[*i];
+    let link = pair.linked.then(|| PairLink {
+        photos,
+        features: (0..pairs.len()).filter(inlying).map(|i| [pairs[i].target, pairs[i].reference]).collect(),
+        matches: (0..matches.len()).filter(inlying).map(|i| matches[i]).collect(),
+        model: found.estimate.forward,
+        kind: if found.samples.is_some() { ModelKind::TwoView } else { ModelKind::Homography },
+    });
+    Ok((pair, link))
+}
+
+/// Lets cancellation through, but no progress of stages that run once for every pair.
+struct Silent<'a>(&'a mut dyn Observer);
+
+impl Observer for Silent<'_> {
+    fn progress(&mut self, _: crate::Stage, _: f32) -> bool {
+        self.0.progress(crate::Stage::Match, 1.0)
+    }
+
+    fn now(&mut self) -> f64 {
+        self.0.now()
+    }
+}
+
+/// The photos of the largest group that links connect, ascending; of several the one with the first photo. With a `reference`
+/// it is that photo's group.
+pub(super) fn largest_group(count: usize, reference: Option<usize>, links: &[PairLink]) -> Vec<usize> {
+    let mut groups: Vec<usize> = (0..count).collect();
+    for link in links {
+        let [a, b] = link.photos.map(|photo| groups[photo]);
+        groups.iter_mut().filter(|group| **group == a.max(b)).for_each(|group| *group = a.min(b));
+    }
+    let size = |group: usize| groups.iter().filter(|other| **other == group).count();
+    let largest = (0..count).max_by_key(|&group| (size(group), count - group)).unwrap_or(0);
+    let largest = reference.map_or(largest, |reference| groups[reference]);
+    (0..count).filter(|&photo| groups[photo] == largest).collect()
+}

@@ -1,0 +1,54 @@
+//! How much memory many photos take: as the two largest alone, and what is held of all.
+
+use crate::pipeline::memory::{Job, Memory};
+use crate::pipeline::options::Options;
+use crate::{Error, Result};
+
+/// Bytes per pixel that are held of every photo: RGBA, the map through its landmarks, and what stereo found.
+const PHOTO: u64 = 4 + 4 + 4;
+/// Features of a photo.
+const FEATURES: u64 = 5000 * (128 + 20);
+/// Per pixel of the canvas, besides what two photos take: the composition with its labels, footprint and depth.
+const CANVAS: u64 = 4 + 1 + 1 + 4;
+
+/// What will be taken, and what may be.
+pub(crate) struct Budget<'a> {
+    memory: Memory<'a>,
+    largest: (usize, usize),
+    held: u64,
+    limit: u64,
+}
+
+impl<'a> Budget<'a> {
+    /// Of photos of these sizes (width, height).
+    pub fn of(sizes: impl Iterator<Item = (usize, usize)>, options: &'a Options) -> Self {
+        let pixels = |(w, h): (usize, usize)| (w as u64).saturating_mul(h as u64);
+        let (mut first, mut second, mut held) = ((0, 0), (0, 0), 0u64);
+        for size in sizes {
+            held = held.saturating_add(pixels(size).saturating_mul(PHOTO)).saturating_add(FEATURES);
+            if pixels(size) > pixels(first) {
+                (first, second) = (size, first);
+            } else if pixels(size) > pixels(second) {
+                second = size;
+            }
+        }
+        let job = Job { photos: [first, second], depth: [false; 2], matches: false };
+        Self { memory: Memory::of(job, options), largest: first, held, limit: options.warp.max_bytes }
+    }
+
+    /// Refuses what would take more than is allowed with this canvas.
+    ///
+    /// # Errors
+    /// `too-large`.
+    pub fn check(&self, canvas: (usize, usize)) -> Result<()> {
+        let pixels = (canvas.0 as u64).saturating_mul(canvas.1 as u64);
+        let own = self.held.saturating_add(pixels.saturating_mul(CANVAS));
+        let bytes = self.memory.peak(canvas).1.saturating_add(own);
+        if bytes > self.limit {
+            let largest = if pixels > 0 { canvas } else { self.largest };
+            let (width, height) = (largest.0 as u64, largest.1 as u64);
+            return Err(Error::TooLarge { width, height, bytes, limit: self.limit }.into());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,93 @@
+//! What comes of many photos.
+
+use super::graph::PhotoPair;
+use crate::geometry::{Camera, MultiViewKind};
+use crate::pipeline::Crops;
+use crate::report::Warning;
+use crate::{Image, ImageView, Mask, Stage};
+
+/// One of the photos to stitch.
+#[derive(Debug, Clone, Copy)]
+pub struct Photo<'a> {
+    /// The photo.
+    pub image: ImageView<'a>,
+    /// Its focal length in pixels, if known to about two per cent.
+    pub focal: Option<f64>,
+}
+
+/// Whether a photo is in the picture, and if not, why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PhotoCode {
+    /// It is in the picture.
+    Used,
+    /// It matches none of the others.
+    NoMatches,
+    /// It matches others, but not the largest group of photos that match each other.
+    OtherGroup,
+    /// It matches others, but not so that its place could be told.
+    NoPose,
+    /// It looks so far to the side of the reference that it would be stretched out of shape.
+    TooOblique,
+    /// Nothing of it is visible from the reference.
+    NotVisible,
+}
+
+impl PhotoCode {
+    /// The stable code, the same in Rust and JavaScript.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::NoMatches => "no-matches",
+            Self::OtherGroup => "other-group",
+            Self::NoPose => "no-pose",
+            Self::TooOblique => "too-oblique",
+            Self::NotVisible => "not-visible",
+        }
+    }
+}
+
+/// What became of one photo.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoReport {
+    /// Whether it is in the picture, and if not, why.
+    pub code: PhotoCode,
+    /// Its camera; `None` if it has no place, and where homographies are the geometry.
+    pub camera: Option<Camera>,
+    /// Focal length in pixels, with a camera.
+    pub focal: Option<f64>,
+    /// The median error of its matches by the geometry, in pixels. `None` without a place.
+    pub error: Option<f64>,
+    /// What its red, green and blue were multiplied by in linear light, on average over the overlap with the photos before
+    /// it.
+    pub gains: [f64; 3],
+    /// The smallest rectangle around what the picture could show of it: x and y of the top left, width, height, from the
+    /// reference's top left pixel. `None` unless used.
+    pub extent: Option<[i64; 4]>,
+}
+
+/// The result of [`stitch_many`](super::stitch_many).
+#[derive(Debug, Clone, PartialEq)]
+pub struct StitchedMany {
+    /// RGBA, alpha 255 where any photo is valid, 0 elsewhere; voids filled if asked for.
+    pub image: Image,
+    /// Which photo shows: 0 none, otherwise its index plus 1.
+    pub labels: Mask,
+    /// Pixels that photos reach, but none of them covers.
+    pub voids: Mask,
+    /// Position of the reference's top left pixel.
+    pub offset: (usize, usize),
+    /// The photo in whose view all are shown.
+    pub reference: usize,
+    /// Which geometry explains the photos.
+    pub geometry: MultiViewKind,
+    /// One per photo, in the order given.
+    pub photos: Vec<PhotoReport>,
+    /// The pairs of photos that were compared.
+    pub pairs: Vec<PhotoPair>,
+    /// How the picture can be cropped.
+    pub crops: Crops,
+    /// Reasons to doubt the result.
+    pub warnings: Vec<Warning>,
+    /// Milliseconds per stage, by the observer's clock.
+    pub times: Vec<(Stage, f64)>,
+}

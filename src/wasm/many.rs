@@ -1,0 +1,135 @@
+//! `stitchMany`: photos in, one picture and what became of every photo out.
+
+use js_sys::{Array, Float64Array, Object};
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::*;
+
+use super::convert::{get, invalid, put, size_from_js, whole};
+use super::observer::JsObserver;
+use super::signatures::{ManyInputs, OnProgress, PartialOptions, PhotoInputs, StitchManyResult};
+use super::stages::observed;
+use super::{inputs, options, results};
+use crate::geometry::{Camera, MultiViewKind};
+use crate::observer::Observer;
+use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
+use crate::{Image, Result, Stage};
+
+/// Any number of photos.
+#[wasm_bindgen(js_name = stitchMany)]
+pub fn stitch_many(
+    photos: &PhotoInputs,
+    inputs: &ManyInputs,
+    options: &PartialOptions,
+    on_progress: &OnProgress,
+) -> std::result::Result<StitchManyResult, JsValue> {
+    observed(Stage::Input, on_progress, &mut |observer| run(photos, inputs, options, observer))
+        .map(JsCast::unchecked_into)
+}
+
+fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObserver) -> Result<JsValue> {
+    let start = observer.now();
+    observer.progress(Stage::Input, 0.0);
+    let reference = Some(get(given, "reference")).filter(inputs::is_given);
+    let reference = reference.map(|index| whole(&index, 0.0, "reference", "the index of a photo")).transpose()?;
+    let options = ManyOptions { stages: options::from_js(stages)?, reference };
+    let owned = Photos::read(photos, &options)?;
+    let input_time = observer.now() - start;
+    let done = many::stitch_many(&owned.photos(), &options, observer)?;
+    drop(owned);
+    Ok(result(&done, input_time))
+}
+
+/// The photos, owned by the core for the length of the call.
+struct Photos {
+    images: Vec<Image>,
+    focals: Vec<Option<f64>>,
+}
+
+impl Photos {
+    /// Copies the photos, unless they are too many, too few, or too large.
+    fn read(photos: &JsValue, options: &ManyOptions) -> Result<Self> {
+        let Some(photos) = photos.dyn_ref::<Array>() else {
+            return Err(invalid("photos", "an array of images", photos));
+        };
+        let count = photos.length();
+        many::check_count(count as usize)?;
+        let sizes: Vec<(usize, usize)> =
+            (0..count).map(|i| size_from_js("photo", &photos.get(i))).collect::<Result<_>>()?;
+        many::check_sizes(sizes.into_iter(), options)?;
+        let all = || (0..count).map(|i| photos.get(i));
+        let focal = |photo: JsValue| {
+            let given = get(&photo, "focalLength");
+            let expected = "a positive number";
+            match given.as_f64() {
+                None if inputs::is_given(&given) => Err(invalid("focalLength", expected, &given)),
+                focal => Ok(focal),
+            }
+        };
+        Ok(Self {
+            images: all().map(|photo| inputs::image("photo", &photo)).collect::<Result<_>>()?,
+            focals: all().map(focal).collect::<Result<_>>()?,
+        })
+    }
+
+    fn photos(&self) -> Vec<Photo<'_>> {
+        let all = self.images.iter().zip(&self.focals);
+        all.map(|(image, &focal)| Photo { image: image.view(), focal }).collect()
+    }
+}
+
+/// A `StitchManyResult`.
+fn result(done: &StitchedMany, input_time: f64) -> JsValue {
+    let result = Object::new().into();
+    put(&result, "mosaic", results::image(&done.image));
+    put(&result, "labels", results::mask(&done.labels));
+    put(&result, "voidMask", results::mask(&done.voids));
+    let offset = [("x", done.offset.0 as f64), ("y", done.offset.1 as f64)];
+    put(&result, "offset", results::numbers(&offset));
+    put(&result, "reference", (done.reference as f64).into());
+    let geometry = match done.geometry {
+        MultiViewKind::Cameras => "cameras",
+        MultiViewKind::Rotations => "rotations",
+        MultiViewKind::Homographies => "homographies",
+    };
+    put(&result, "geometry", geometry.into());
+    put(&result, "photos", done.photos.iter().map(photo).collect::<Array>().into());
+    let pairs = done.pairs.iter().map(|pair| {
+        let object = results::numbers(&[("matches", pair.matches as f64), ("inliers", pair.inliers as f64)]);
+        put(&object, "photos", results::list(&pair.photos.map(|photo| photo as f64)));
+        put(&object, "linked", pair.linked.into());
+        object
+    });
+    put(&result, "pairs", pairs.collect::<Array>().into());
+    put(&result, "crop", results::crops(&done.crops));
+    put(&result, "warnings", results::warnings(&done.warnings));
+    let mut times = vec![(Stage::Input, input_time)];
+    times.extend_from_slice(&done.times);
+    put(&result, "times", results::times(&times));
+    result
+}
+
+/// A `PhotoReport`.
+fn photo(report: &PhotoReport) -> JsValue {
+    let object = Object::new().into();
+    let number = |value: Option<f64>| value.map_or(JsValue::NULL, JsValue::from);
+    put(&object, "used", (report.code == many::PhotoCode::Used).into());
+    put(&object, "code", report.code.code().into());
+    put(&object, "camera", report.camera.as_ref().map_or(JsValue::NULL, camera));
+    put(&object, "focalLength", number(report.focal));
+    put(&object, "error", number(report.error));
+    put(&object, "gains", results::list(&report.gains));
+    let rectangle = |[x, y, width, height]: [i64; 4]| {
+        let sides = [("x", x), ("y", y), ("width", width), ("height", height)];
+        results::numbers(&sides.map(|(name, side)| (name, side as f64)))
+    };
+    put(&object, "extent", report.extent.map_or(JsValue::NULL, rectangle));
+    object
+}
+
+fn camera(camera: &Camera) -> JsValue {
+    let object = Object::new().into();
+    // The matrix is stored column by column.
+    put(&object, "rotation", Float64Array::from(camera.rotation.transpose().as_slice()).into());
+    put(&object, "translation", Float64Array::from(camera.translation.as_slice()).into());
+    object
+}

@@ -1,0 +1,279 @@
+//! Many photos of rendered scenes, of which everything is known.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::geometry::{Camera, MultiViewKind};
+use depthstitch::observer::Observer;
+use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many};
+use depthstitch::{Error, ImageView, Stage};
+use nalgebra::{Matrix3, Vector3};
+use scene::{Pose, Views, median};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (320, 240);
+
+fn photos(views: &Views) -> Vec<Photo<'_>> {
+    let image = |data, width, height| ImageView::new("photo", data, width, height).unwrap();
+    views.0.iter().map(|view| Photo { image: image(&view.rgba, view.width, view.height), focal: None }).collect()
+}
+
+/// Cameras in front of the gallery, each at (x, z) in metres and turned by an angle to the right.
+fn gallery(places: &[[f64; 3]]) -> Views {
+    let scene = scene::gallery();
+    let first = scene.target;
+    let pose = |&[x, z, yaw]: &[f64; 3]| Pose { centre: first.centre + Vector3::new(x, 0.0, z), yaw, ..first };
+    scene.views(&places.iter().map(pose).collect::<Vec<_>>(), SIZE.0, SIZE.1)
+}
+
+fn codes(found: &ManyAlignment) -> Vec<&'static str> {
+    found.codes.iter().map(|code| code.code()).collect()
+}
+
+/// The angle between rotations, in degrees.
+fn angle(r: &Matrix3<f64>) -> f64 {
+    libm::acos(((r.trace() - 1.0) / 2.0).clamp(-1.0, 1.0)).to_degrees()
+}
+
+/// The largest errors of all pairs: of the rotation and of the direction of the translation, in degrees.
+fn camera_errors(found: &ManyAlignment, views: &Views) -> [f64; 2] {
+    let cameras: Vec<Camera> = (0..views.0.len()).filter_map(|photo| found.report(photo).camera).collect();
+    assert_eq!(cameras.len(), views.0.len());
+    let mut worst = [0.0f64; 2];
+    for (a, from) in cameras.iter().enumerate() {
+        for (b, to) in cameras.iter().enumerate().skip(a + 1) {
+            let turn = to.rotation * from.rotation.transpose();
+            let [one, other] = [&views.0[a].camera, &views.0[b].camera];
+            worst[0] = worst[0].max(angle(&(turn * (other.r * one.r.transpose()).transpose())));
+            let moved = (to.translation - turn * from.translation).normalize();
+            let truth = (other.r * (one.centre - other.centre)).normalize();
+            worst[1] = worst[1].max(libm::acos(moved.dot(&truth).clamp(-1.0, 1.0)).to_degrees());
+        }
+    }
+    worst
+}
+
+/// The median distance in pixels of where the pixels of all photos land in the reference's view from where they should: of
+/// those that some other photo sees, and of the rest.
+fn landing_errors(found: &ManyAlignment, views: &Views) -> [f64; 2] {
+    let (mut seen, mut alone) = (Vec::new(), Vec::new());
+    for &photo in found.order.iter().filter(|photo| **photo != found.reference) {
+        let (model, depth) = found.map(photo).unwrap();
+        for (x, y) in (0..SIZE.1).step_by(7).flat_map(|y| (0..SIZE.0).step_by(7).map(move |x| (x, y))) {
+            let d = depth.map_or(0.0, |depth| f64::from(depth.data()[y * SIZE.0 + x]));
+            let Some(truth) = views.place([photo, found.reference], [x, y]) else { continue };
+            let place = model.project(x as f64, y as f64, d);
+            let error = place.map_or(f64::INFINITY, |[u, v]| scene::distance([u, v], truth));
+            let inside = |other: usize| {
+                let [u, v] = views.place([photo, other], [x, y]).unwrap_or([-1.0; 2]);
+                u >= 0.0 && v >= 0.0 && u < SIZE.0 as f64 && v < SIZE.1 as f64
+            };
+            let others = (0..views.0.len()).filter(|other| *other != photo).any(inside);
+            if others { seen.push(error) } else { alone.push(error) }
+        }
+    }
+    [seen, alone].map(median)
+}
+
+#[test]
+fn strip_of_four_photos_is_one_picture() {
+    let views = gallery(&[[-0.9, 0.0, -0.1], [-0.45, 0.1, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
+    let photos = photos(&views);
+    let found = align_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 4]);
+    let [rotation, translation] = camera_errors(&found, &views);
+    assert!(rotation < 0.6 && translation < 3.0, "{rotation}° of rotation, {translation}° of translation");
+    let (focal, truth) = (found.report(0).focal.unwrap(), views.0[0].camera.k[(0, 0)]);
+    assert!((focal / truth - 1.0).abs() < 0.03, "{focal} instead of {truth}");
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");
+    // The order of the photos makes no difference to that.
+    let shuffled = [2, 0, 3, 1].map(|i| photos[i]);
+    let again = align_many(&shuffled, &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&again), ["used"; 4]);
+
+    let done = stitch_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(done.geometry, MultiViewKind::Cameras);
+    for (photo, report) in (1u8..).zip(&done.photos) {
+        assert!(done.labels.data().contains(&photo), "photo {photo} does not show");
+        assert_eq!(report.code, PhotoCode::Used);
+    }
+    // The reference is where it should be, and nearly as it was.
+    let (left, top) = done.offset;
+    let reference = &photos[done.reference].image;
+    let mut differing = 0;
+    for (i, pixel) in reference.pixels().iter().enumerate() {
+        let at = (top + i / SIZE.0) * done.image.width() + left + i % SIZE.0;
+        let own = done.labels.data()[at] == done.reference as u8 + 1;
+        differing += usize::from(own && (0..3).any(|c| pixel[c].abs_diff(done.image.pixels()[at][c]) > 24));
+    }
+    assert!(differing < SIZE.0 * SIZE.1 / 50, "{differing} pixels of the reference differ");
+    // Every pixel has a photo, but for voids that were filled.
+    for ((pixel, label), void) in done.image.pixels().iter().zip(done.labels.data()).zip(done.voids.data()) {
+        assert!(*label <= 4 && (pixel[3] != 0 || *label == 0) && (*label == 0 || *void == 0));
+    }
+}
+
+#[test]
+fn turning_camera_needs_no_depth() {
+    let views = gallery(&[[0.0, 0.0, -0.5], [0.0, 0.0, -0.25], [0.0, 0.0, 0.0], [0.0, 0.0, 0.25]]);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 4]);
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");
+}
+
+#[test]
+fn flat_scene_is_one_picture() {
+    let scene = scene::plane();
+    let first = scene.target;
+    let pose = |x: f64, yaw: f64| Pose { centre: first.centre + Vector3::new(x, 0.0, 0.1 * x), yaw, ..first };
+    let views = scene.views(&[pose(-1.0, -0.1), pose(0.0, 0.0), pose(1.0, 0.1), pose(2.0, 0.0)], SIZE.0, SIZE.1);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 4]);
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.0 && alone < 2.0, "{seen} px where two photos see, {alone} px elsewhere");
+}
+
+/// Around a square and back: the last photo overlaps the first.
+#[test]
+fn loop_closes() {
+    let views = gallery(&[[-0.4, 0.0, -0.1], [-0.4, 0.5, -0.05], [0.1, 0.5, 0.05], [0.4, 0.3, 0.1], [0.1, 0.0, 0.0]]);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 5]);
+    let [rotation, translation] = camera_errors(&found, &views);
+    assert!(rotation < 0.6 && translation < 5.0, "{rotation}° of rotation, {translation}° of translation");
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");
+}
+
+#[test]
+fn photo_of_something_else_is_left_out() {
+    let mut views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    let wall = scene::plane();
+    views.0.insert(1, wall.views(&[wall.target], SIZE.0, SIZE.1).0.remove(0));
+    let photos = photos(&views);
+    let done = stitch_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
+    let codes: Vec<_> = done.photos.iter().map(|photo| photo.code.code()).collect();
+    assert_eq!(codes, ["used", "no-matches", "used", "used"]);
+    assert!(!done.labels.data().contains(&2) && done.photos[1].extent.is_none());
+    assert!(done.pairs.iter().filter(|pair| pair.photos.contains(&1)).all(|pair| !pair.linked));
+    // It shows nothing of the others, so it cannot be what all are to be seen from.
+    let options = ManyOptions { reference: Some(1), ..ManyOptions::default() };
+    assert_eq!(stitch_many(&photos, &options, &mut ()).unwrap_err().code(), "no-consensus");
+}
+
+#[test]
+fn groups_apart_are_told() {
+    let mut views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    let wall = scene::plane();
+    views.0.extend(wall.views(&[wall.target, wall.reference], SIZE.0, SIZE.1).0);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used", "used", "used", "other-group", "other-group"]);
+    let options = ManyOptions { reference: Some(4), ..ManyOptions::default() };
+    let found = align_many(&photos(&views), &options, &mut ()).unwrap();
+    assert_eq!(codes(&found), ["other-group", "other-group", "other-group", "used", "used"]);
+    assert_eq!(found.reference, 4);
+}
+
+#[test]
+fn chosen_reference_stays() {
+    let views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    for reference in [0, 2] {
+        let options = ManyOptions { reference: Some(reference), ..ManyOptions::default() };
+        let found = align_many(&photos(&views), &options, &mut ()).unwrap();
+        assert_eq!((found.reference, found.order[0], found.order.len()), (reference, reference, 3));
+        let [seen, _] = landing_errors(&found, &views);
+        assert!(seen < 1.5, "{seen} px");
+    }
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(found.reference, 1, "the one in the middle");
+}
+
+#[test]
+fn the_same_photo_twice_does_no_harm() {
+    let mut views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0]]);
+    views.0.push(views.0[0].clone());
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 3]);
+    let [seen, _] = landing_errors(&found, &views);
+    assert!(seen < 1.5, "{seen} px");
+}
+
+#[test]
+fn arguments_are_checked_before_anything_is_done() {
+    let pixels = vec![128; 4 * 32 * 24];
+    let photo = Photo { image: ImageView::new("photo", &pixels, 32, 24).unwrap(), focal: None };
+    let refused = |photos: &[Photo<'_>], options: &ManyOptions| {
+        let error = *stitch_many(photos, options, &mut Never).unwrap_err();
+        assert_eq!(align_many(photos, options, &mut Never).unwrap_err().code(), error.code());
+        error
+    };
+    let defaults = ManyOptions::default();
+    for count in [0, 1, 31] {
+        let error = refused(&vec![photo; count], &defaults);
+        let Error::InvalidArgument { name: "photos", value, .. } = error else { panic!("{error}") };
+        assert_eq!(value, count as f64);
+    }
+    let error = refused(&[photo; 3], &ManyOptions { reference: Some(3), ..defaults.clone() });
+    assert!(matches!(error, Error::InvalidArgument { name: "reference", value: 3.0, .. }), "{error}");
+    for focal in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = refused(&[photo, Photo { focal: Some(focal), ..photo }], &defaults);
+        assert!(matches!(error, Error::InvalidArgument { name: "focalLength", .. }), "{error}");
+    }
+    let mut small = defaults.clone();
+    small.stages.warp.max_bytes = 100_000;
+    assert_eq!(refused(&[photo; 3], &small).code(), "too-large");
+    // Nothing to match.
+    assert_eq!(stitch_many(&[photo; 3], &defaults, &mut ()).unwrap_err().code(), "no-consensus");
+}
+
+/// Must not be asked.
+struct Never;
+
+impl Observer for Never {
+    fn progress(&mut self, stage: Stage, _: f32) -> bool {
+        panic!("{stage:?} has begun")
+    }
+}
+
+/// Stops at the n-th report, and remembers what was reported.
+struct Stop {
+    left: usize,
+    seen: Vec<Stage>,
+}
+
+impl Observer for Stop {
+    fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
+        assert!((0.0..=1.0).contains(&fraction), "{stage:?} {fraction}");
+        if !self.seen.contains(&stage) {
+            self.seen.push(stage);
+        }
+        self.left -= 1;
+        self.left > 0
+    }
+}
+
+#[test]
+fn every_stage_reports_and_can_be_stopped() {
+    let views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    let photos = photos(&views);
+    let mut all = Stop { left: usize::MAX, seen: Vec::new() };
+    stitch_many(&photos, &ManyOptions::default(), &mut all).unwrap();
+    for stage in [Stage::Detect, Stage::Match, Stage::Estimate, Stage::Depth, Stage::Warp, Stage::Blend, Stage::Fill] {
+        assert!(all.seen.contains(&stage), "{stage:?}");
+    }
+    let reports = usize::MAX - all.left;
+    for share in [0, 3, 6, 9] {
+        let mut stop = Stop { left: 1 + share * reports / 10, seen: Vec::new() };
+        assert_eq!(stitch_many(&photos, &ManyOptions::default(), &mut stop).unwrap_err().code(), "aborted", "{share}");
+    }
+}
+
+#[test]
+fn the_same_photos_give_the_same_bytes() {
+    let views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    let run = || stitch_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(run(), run());
+}
