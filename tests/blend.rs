@@ -152,6 +152,21 @@ fn the_seam_avoids_what_moved_and_what_is_unreliable() {
     }
 }
 
+#[test]
+fn the_seam_rather_goes_a_long_way_round_an_object_than_a_short_one_through_it() {
+    // Two bars in the target, the upper one open on the left and the lower one on the right, and a little noise elsewhere.
+    let upper = |x: usize, y: usize| (30..34).contains(&y) && !(66..76).contains(&x);
+    let lower = |x: usize, y: usize| (64..68).contains(&y) && !(104..114).contains(&x);
+    let bar = move |x: usize, y: usize| upper(x, y) || lower(x, y);
+    let target = |x: usize, y: usize| if bar(x, y) { [250; 3] } else { [140 + 8 * ((x + y) % 2) as u8; 3] };
+    let warped = stage(|x, _| x < 120, target);
+    let found =
+        compose(&warped, &reference(|_, _| [132; 3]), &BlendOptions { exposure: Exposure::Off, ..Default::default() });
+    // Bars reach the photos' borders, next to which there is nothing to decide.
+    let inner = |x: usize| (64..116).contains(&x);
+    assert!(!passes(&found.unwrap().seam, |x, y| bar(x, y) && inner(x)));
+}
+
 /// A confidence of 0 where `unreliable`.
 fn unreliable_where(warped: Warped, unreliable: impl Fn(usize, usize) -> bool) -> Warped {
     let data = (0..CANVAS.0 * CANVAS.1).map(|i| if unreliable(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();

@@ -7,6 +7,7 @@ use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, Threshold, estimate};
 use depthstitch::image::DepthKind;
 use depthstitch::pipeline::{Options, Stitched, align, stitch};
+use depthstitch::report::Warning;
 use depthstitch::{InverseDepth, Rect};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
@@ -218,10 +219,14 @@ fn our_own_way_corrects_the_depth_and_needs_none() {
 
     let none = Photos { target_depth: None, reference_depth: None, ..exact.clone() };
     let flat = run(&none, &published());
-    let found = run(&none, &Options { output_depth: true, ..Options::default() });
+    let found = run(&none, &Options { refine: None, output_depth: true, ..Options::default() });
     assert_eq!(found.geometry.kind, ModelKind::TwoView);
     assert!(found.depth.iter().all(|map| map.is_some()));
     assert!(ssim(&found) > ssim(&flat) + 0.05, "{} {}", ssim(&found), ssim(&flat));
+    // With so much parallax a homography looks more natural than any surface, and the report says that it was taken.
+    let natural = run(&none, &Options::default());
+    assert_eq!(natural.geometry.kind, ModelKind::Homography);
+    assert!(natural.warnings.contains(&Warning::ParallaxIgnored));
 
     let one = Photos { reference_depth: None, ..exact };
     let derived = run(&one, &Options::default());

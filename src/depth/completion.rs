@@ -35,6 +35,17 @@ impl Default for CompletionOptions {
     }
 }
 
+/// What was measured of a photo's inverse depth.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredDepth<'a> {
+    /// A map of it.
+    pub map: &'a InverseDepth,
+    /// Where that is reliable: not 0.
+    pub reliable: &'a Mask,
+    /// Points of known depth besides.
+    pub matches: &'a [DepthSample],
+}
+
 /// Replaces all inverse depth of the `photo` that is not reliable: where the mask `reliable` is 0 (nowhere by default), and where
 /// `model` sends a pixel outside the `other` photo (width, height) or next to its border.
 ///
@@ -59,22 +70,21 @@ pub fn complete_depth(
     Ok(known.completed(options)?.unwrap_or_else(|| depth.clone()))
 }
 
-/// As [`complete_depth`] of the reference's map `own`; but near the photo's border, where few windows could be compared and both
+/// As [`complete_depth`] of the reference's `own` depth; but near the photo's border, where few windows could be compared and both
 /// maps soon disagree, what is not reliable is where the `target`'s map leads: there both are one surface. `models` lead from the
-/// target to the reference and back. `matches`, points of the reference of known depth, take part in the surface.
+/// target to the reference and back.
 ///
 /// # Errors
 /// Those of [`complete_depth`].
 pub fn complete_reference_depth(
-    own: &InverseDepth,
+    own: &MeasuredDepth<'_>,
     photo: ImageView<'_>,
     target: &InverseDepth,
     models: [&Model; 2],
-    reliable: &Mask,
-    matches: &[DepthSample],
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
+    let MeasuredDepth { map: own, reliable, matches } = *own;
     let (w, h) = own.size();
     check_size("reliable", reliable.size(), (w, h))?;
     check_size("photo", photo.size(), (w, h))?;

@@ -11,7 +11,7 @@ mod transfer;
 mod two_view;
 
 pub(crate) use completion::KnownDepth;
-pub use completion::{CompletionOptions, complete_depth, complete_reference_depth};
+pub use completion::{CompletionOptions, MeasuredDepth, complete_depth, complete_reference_depth};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};

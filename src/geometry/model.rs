@@ -85,6 +85,17 @@ impl Model {
 
     /// The inverse depth of (x, y) that projects it to the point of its epipolar line closest to its match (u, v). `None` without
     /// parallax, and at the epipole.
+    ///
+    /// ```
+    /// use depthstitch::geometry::Model;
+    /// use nalgebra::{Matrix3, Vector3};
+    ///
+    /// // Ten pixels to the right per unit of inverse depth.
+    /// let model = Model { h: Matrix3::identity(), e: Vector3::new(10.0, 0.0, 0.0) };
+    /// assert_eq!(model.project(3.0, 4.0, 2.0), Some([23.0, 4.0]));
+    /// assert_eq!(model.triangulate([3.0, 4.0], [23.0, 5.0]), Some(2.0));
+    /// assert_eq!(Model::homography(model.h).triangulate([3.0, 4.0], [23.0, 5.0]), None);
+    /// ```
     pub fn triangulate(&self, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> Option<f64> {
         let far = self.h * Vector3::new(x, y, 1.0);
         let line = self.e.cross(&far);

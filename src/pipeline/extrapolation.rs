@@ -5,7 +5,8 @@ use super::models::{fit_homography, if_possible};
 use super::options::Options;
 use super::prediction::Prediction;
 use crate::depth::{
-    CompletionOptions, Extrapolation, KnownDepth, OtherView, Refined, Surface, SurfaceShape, complete_reference_depth,
+    CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
+    complete_reference_depth,
 };
 use crate::geometry::{DepthSample, Estimate, Match, Model};
 use crate::observer::{Observer, Portion};
@@ -59,18 +60,12 @@ pub(super) fn complete(
         return Ok(Completed::Homography(Box::new(flat)));
     }
     let own = best.surface.map(target.size())?;
+    // Not needed any more, and as large as a few maps when the photos are small.
+    drop((known, prediction));
     let options = CompletionOptions { keep_reliable: false, shape: best.shape };
-    let (own_reference, second) = (&refined.reference, &mut Portion::new(observer, 0.5, 1.0));
-    let others = complete_reference_depth(
-        own_reference,
-        reference,
-        &own,
-        models,
-        reliable_reference,
-        &tracked_reference,
-        &options,
-        second,
-    )?;
+    let measured = MeasuredDepth { map: &refined.reference, reliable: reliable_reference, matches: &tracked_reference };
+    let second = &mut Portion::new(observer, 0.5, 1.0);
+    let others = complete_reference_depth(&measured, reference, &own, models, &options, second)?;
     Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
 }
 

@@ -211,17 +211,16 @@ impl Prediction {
     /// Mean anisotropy of the cells that show, and weighted mean bending of their texture.
     fn distortion(&self, places: &[Option<[f64; 2]>], shown: &[bool]) -> f64 {
         let (mut anisotropy, mut cells, mut bending, mut texture) = (0.0, 0, 0.0, 0.0);
-        for y in 1..self.rows.saturating_sub(1) {
-            for cell in y * self.columns + 1..(y + 1) * self.columns - 1 {
-                if !shown[cell] {
-                    continue;
-                }
-                let around = [cell, cell - 1, cell + 1, cell - self.columns, cell + self.columns].map(|i| places[i]);
-                let weight = self.texture[cell];
-                let (leaning, bent) = self.local(around).unwrap_or((FOLDED, MOST_BENDING));
-                (anisotropy, cells) = (anisotropy + leaning, cells + 1);
-                (bending, texture) = (bending + weight * bent, texture + weight);
+        let inner = |i: usize, count: usize| i > 0 && i + 1 < count;
+        for (cell, _) in shown.iter().enumerate().filter(|(_, shown)| **shown) {
+            if !inner(cell % self.columns, self.columns) || !inner(cell / self.columns, self.rows) {
+                continue;
             }
+            let around = [cell, cell - 1, cell + 1, cell - self.columns, cell + self.columns].map(|i| places[i]);
+            let weight = self.texture[cell];
+            let (leaning, bent) = self.local(around).unwrap_or((FOLDED, MOST_BENDING));
+            (anisotropy, cells) = (anisotropy + leaning, cells + 1);
+            (bending, texture) = (bending + weight * bent, texture + weight);
         }
         let mean = |sum: f64, count: f64| if count > 0.0 { sum / count } else { 0.0 };
         mean(anisotropy, f64::from(cells)) + BENDING_WEIGHT * mean(bending, texture)
@@ -237,5 +236,41 @@ impl Prediction {
         let leaning = singular_value_ratio([slope(x, 0), slope(y, 0), slope(x, 1), slope(y, 1)]);
         let curves = [curve(x, 0), curve(x, 1), curve(y, 0), curve(y, 1)];
         Some((leaning, curves.iter().map(|c| c * c).sum::<f64>().sqrt().min(MOST_BENDING)))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+    use crate::Image;
+
+    /// Noise of 16 levels that is the same in every square of four pixels, a part of a scene from `left` on.
+    fn photo(left: usize) -> Image {
+        let level = |x: usize, y: usize| 100 + ((x / 4 * 31 + y / 4 * 17) % 16 * 7 % 16) as u8;
+        let pixels = (0..240 * 160).flat_map(|i| {
+            let level = level(left + i % 240, i / 240);
+            [level, level, level, 255]
+        });
+        Image::new(pixels.collect(), 240, 160).unwrap()
+    }
+
+    #[test]
+    fn what_differs_leans_or_bends_is_a_flaw() {
+        let (target, reference) = (photo(0), photo(80));
+        let prediction = Prediction::new([target.view(), reference.view()]).unwrap();
+        let shifted = |x: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        let flaws = |h: Matrix3<f64>, depth: &dyn Fn([f64; 2]) -> f64| {
+            let model = Model { h, e: Vector3::new(10.0, 0.0, 0.0) };
+            prediction.flaws(&model, depth).unwrap()
+        };
+        let flat = |_: [f64; 2]| 0.0;
+        assert!(flaws(shifted(-80.0), &flat) < 0.01, "{}", flaws(shifted(-80.0), &flat));
+        // Aligned badly; what only the target shows, the left third, leaning; and bent.
+        assert!(flaws(shifted(-74.0), &flat) > 0.1);
+        assert!(flaws(shifted(-80.0), &|[x, y]| if x < 80.0 { 0.02 * y } else { 0.0 }) > 0.1);
+        assert!(flaws(shifted(-80.0), &|[x, _]| if x < 80.0 { (0.1 * x).sin() } else { 0.0 }) > 0.1);
     }
 }

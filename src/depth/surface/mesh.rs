@@ -170,13 +170,7 @@ impl Mesh {
 
     /// Pull of the values to the background: of all of them weakly, and with `other` more of those that land outside of that
     /// photo. `depth` is what the vertices have now.
-    pub fn pull(
-        &self,
-        stiffness: f64,
-        depth: &dyn Fn(usize, [f64; 2]) -> f64,
-        other: Option<&OtherView<'_>>,
-        out: &mut Vec<Term>,
-    ) {
+    pub fn pull(&self, depth: &dyn Fn(usize, [f64; 2]) -> f64, other: Option<&OtherView<'_>>, out: &mut Vec<Term>) {
         out.extend(self.vertices().map(|(node, point)| {
             let far = other.map_or(0.0, |other| {
                 let distance = other.distance(point, depth(node, point));
@@ -187,7 +181,7 @@ impl Mesh {
                 nodes: [node; 4],
                 coefficients: [1.0, 0.0, 0.0, 0.0],
                 target: 0.0,
-                weight: stiffness * BENDING * (BACKGROUND[1] + FAR_OUTSIDE * far),
+                weight: BENDING * (BACKGROUND[1] + FAR_OUTSIDE * far),
                 inverse_scale: 0.0,
             }
         }));

@@ -124,18 +124,16 @@ impl Equations {
     pub fn solve(&mut self, other: &OtherView<'_>, shape: SurfaceShape) -> Result<Option<Surface>> {
         let Self { mesh, plane, parallax, data, smoothness, lines } = self;
         let SurfaceShape { stiffness, extrapolation } = shape;
-        let mut terms = Vec::new();
-        reserve(&mut terms, data.len() + smoothness.len() + mesh.len())?;
-        terms.extend_from_slice(data);
-        terms.extend(smoothness.iter().map(|term| Term { weight: stiffness * term.weight, ..*term }));
-        let fixed = terms.len();
+        let mut pulls = Vec::new();
+        reserve(&mut pulls, mesh.len())?;
         let mut values = vec![0.0; mesh.len()];
         for pass in 0..PASSES {
-            terms.truncate(fixed);
+            pulls.clear();
             // At first nothing is known of where the vertices land.
             let other = Some(other).filter(|_| pass > 0 && extrapolation == Extrapolation::Plane);
             let depth = |node: usize, point: [f64; 2]| values[node] / *parallax + plane_depth(*plane, point);
-            mesh.pull(stiffness, &depth, other, &mut terms);
+            mesh.pull(&depth, other, &mut pulls);
+            let terms = [(&data[..], 1.0), (smoothness, stiffness), (&pulls, stiffness)];
             let Some(next) = solve::reweighted(mesh, &terms, lines, &values, pass)? else { return Ok(None) };
             values = next;
         }

@@ -10,10 +10,10 @@ use crate::depth::banded::{Banded, Factor, add_scaled, dot};
 const STEPS: usize = 12;
 const TOLERANCE: f64 = 1e-3;
 
-/// One reweighted solution.
+/// One reweighted solution of several kinds of terms, each with a factor.
 pub(super) fn reweighted(
     mesh: &Mesh,
-    terms: &[Term],
+    terms: &[(&[Term], f64)],
     lines: &mut [Line],
     start: &[f64],
     pass: usize,
@@ -31,10 +31,12 @@ pub(super) fn reweighted(
             }
         }
     };
-    for term in terms {
-        let residual = term.residual(start) * term.inverse_scale;
-        let share = if pass == 0 || term.inverse_scale == 0.0 { 1.0 } else { robust(residual, pass >= ROBUST) };
-        gather(term, term.weight * share);
+    for (terms, factor) in terms {
+        for term in *terms {
+            let residual = term.residual(start) * term.inverse_scale;
+            let share = if pass == 0 || term.inverse_scale == 0.0 { 1.0 } else { robust(residual, pass >= ROBUST) };
+            gather(term, factor * term.weight * share);
+        }
     }
     for line in lines.iter_mut() {
         line.reweight(start, pass);
