@@ -49,9 +49,9 @@ impl Composition {
     /// # Errors
     /// `size-mismatch` for depth of another size, `out-of-memory`.
     pub fn of(reference: ImageView<'_>, depth: Option<&InverseDepth>, label: u8) -> Result<Self> {
-        let (width, height) = (reference.width(), reference.height());
+        let (width, height) = reference.size();
         if let Some(depth) = depth {
-            check_size("depth", (depth.width(), depth.height()), (width, height))?;
+            check_size("depth", depth.size(), (width, height))?;
         }
         let mut image = Image::transparent(width, height)?;
         for (pixel, &[r, g, b, _]) in image.pixels_mut().iter_mut().zip(reference.pixels()) {
@@ -85,8 +85,8 @@ impl Composition {
         options: &BlendOptions,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
-        let size = (warped.image.width(), warped.image.height());
-        check_size("footprint", (warped.footprint.width(), warped.footprint.height()), size)?;
+        let size = warped.image.size();
+        check_size("footprint", warped.footprint.size(), size)?;
         report(observer, Stage::Blend, 0.0)?;
         let drawn = |y: usize| {
             let row = y * size.0..(y + 1) * size.0;
@@ -98,7 +98,7 @@ impl Composition {
         let (left, top) = (self.offset.0 - warped.offset.0, self.offset.1 - warped.offset.1);
         let bands = if options.bands == 0 { self.bands } else { options.bands };
         let own = Rect { x: bounds.x + left, y: bounds.y + top, ..bounds };
-        let window = own.grown(3 << bands, (self.image.width(), self.image.height()));
+        let window = own.grown(3 << bands, self.image.size());
 
         let before = self.cut_out(window)?;
         let placed = Placed { photo: before.view(), left: 0, top: 0, masked: true };
@@ -147,13 +147,13 @@ impl Composition {
     /// Makes room for a photo.
     fn grow(&mut self, warped: &Warped) -> Result<()> {
         let (width, height) = self.size_with(warped);
-        if (width, height) == (self.image.width(), self.image.height()) {
+        if (width, height) == self.image.size() {
             return Ok(());
         }
         let offset = (self.offset.0.max(warped.offset.0), self.offset.1.max(warped.offset.1));
         let (left, top) = (offset.0 - self.offset.0, offset.1 - self.offset.1);
         let place = (left, top, width, height);
-        let size = (self.image.width(), self.image.height());
+        let size = self.image.size();
         self.image = Image::from_bytes(moved(self.image.data(), size, 4, (0, place))?, width, height);
         self.labels = Mask::from_bytes(moved(self.labels.data(), size, 1, (0, place))?, width, height);
         self.footprint = Mask::from_bytes(moved(self.footprint.data(), size, 1, (0, place))?, width, height);
@@ -190,7 +190,7 @@ impl Composition {
     /// The depth of the photo where it shows in a window; its own canvas lies at (left, top).
     fn paste_depth(&mut self, warped: &Warped, shown: &Mask, window: Rect, (left, top): (usize, usize)) {
         let (Some(own), Some(depth)) = (self.depth.take(), &warped.depth) else { return };
-        let (width, height) = (own.width(), own.height());
+        let (width, height) = own.size();
         let mut values = own.into_values();
         for (i, _) in shown.data().iter().enumerate().filter(|(_, shown)| **shown == 1) {
             let (x, y) = (window.x + i % window.width, window.y + i / window.width);

@@ -62,10 +62,7 @@ pub(super) fn align_timed(
         return Err(unmatched(&graph, options.reference));
     }
     let mut codes = codes(images.len(), &group, &graph.links);
-    let lens = |photo: &Photo<'_>| Lens {
-        size: (photo.image.width(), photo.image.height()),
-        focal: photo.focal.or(stages.estimate.focal),
-    };
+    let lens = |photo: &Photo<'_>| Lens { size: photo.image.size(), focal: photo.focal.or(stages.estimate.focal) };
     let lenses: Vec<Lens> = photos.iter().map(lens).collect();
     let inside: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let root = options.reference.unwrap_or(group[0]);
@@ -120,8 +117,8 @@ impl ManyAlignment {
     }
 
     /// How far a photo's landmarks miss those left out of its map, in pixels.
-    pub(super) fn spread(&self, photo: usize) -> f64 {
-        self.depths[photo].as_ref().map_or(0.0, |depth| depth.spread)
+    pub(super) fn prediction_error(&self, photo: usize) -> f64 {
+        self.depths[photo].as_ref().map_or(0.0, |depth| depth.prediction_error)
     }
 }
 
@@ -132,7 +129,7 @@ pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Resul
             return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
         }
     }
-    check_sizes(photos.iter().map(|photo| (photo.image.width(), photo.image.height())), options)
+    check_sizes(photos.iter().map(|photo| photo.image.size()), options)
 }
 
 /// As [`check`], by the photos' sizes alone.

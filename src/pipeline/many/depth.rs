@@ -34,7 +34,7 @@ const RELIEF: f64 = 0.7;
 pub(super) struct PhotoDepth {
     pub map: InverseDepth,
     /// How far the landmarks' map misses those left out of it, in pixels.
-    pub spread: f64,
+    pub prediction_error: f64,
 }
 
 /// A neighbour that is worth a comparison.
@@ -81,7 +81,7 @@ pub(super) fn depths(
         let (Some(model), Some(view)) = (geometry.model([photo, other]), geometry.model([photo, reference])) else {
             continue;
         };
-        let sizes = [other, reference].map(|photo| (photos[photo].width(), photos[photo].height()));
+        let sizes = [other, reference].map(|photo| photos[photo].size());
         let there = OtherView { model: &model, size: sizes[0] };
         let known = known[photo].take().unwrap_or_else(|| own.map.clone());
         let mut known = KnownDepth::new(known, Some(photos[photo]), there, &[], &mut portion)?;
@@ -99,7 +99,7 @@ fn neighbours(photos: &[ImageView<'_>], used: &[usize], geometry: &MultiView, li
         let [a, b] = link.photos;
         let shifts = geometry.samples(a, b).iter().map(|s| (s.depth * s.parallax).abs()).collect();
         let Some(shift) = median(shifts) else { continue };
-        let shift = shift / diagonal((photos[b].width(), photos[b].height()));
+        let shift = shift / diagonal(photos[b].size());
         if shift < LEAST_SHIFT {
             continue;
         }
@@ -130,12 +130,12 @@ fn prior(samples: &[DepthSample], photo: ImageView<'_>, observer: &mut dyn Obser
     let square = samples.iter().map(|s| s.depth * s.depth).sum::<f64>() / samples.len() as f64;
     let size = if square.sqrt().is_normal() { square.sqrt() } else { 1.0 };
     samples.iter_mut().for_each(|s| (s.depth, s.parallax) = (s.depth / size, s.parallax * size));
-    let (map, spread) = dense(&samples, photo, observer)?;
+    let (map, prediction_error) = dense(&samples, photo, observer)?;
     let width = photo.width();
     let map = map.map_indexed(|i, v| {
         (f64::from(v) * size + plane_depth(plane, [(i % width) as f64, (i / width) as f64])) as f32
     })?;
-    Ok(Some(PhotoDepth { map, spread }))
+    Ok(Some(PhotoDepth { map, prediction_error }))
 }
 
 /// Stereo of two photos: what is found reliable is added to what is `known` of either, which stays.
@@ -152,10 +152,10 @@ fn compare(
     let (Some(first), Some(second)) = (&depths[a], &depths[b]) else { return Ok(()) };
     let (Some(forward), Some(reverse)) = (geometry.model([a, b]), geometry.model([b, a])) else { return Ok(()) };
     let views = [(a, first), (b, second)].map(|(photo, depth)| View { image: photos[photo], depth: Some(&depth.map) });
-    let prior = Prior { error: [first.spread, second.spread], weak: true };
+    let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true };
     let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
     let [of_first, of_second] = &found.reliable;
-    let size = |photo: usize| (photos[photo].width(), photos[photo].height());
+    let size = |photo: usize| photos[photo].size();
     add(&mut known[a], &found.target, of_first, &forward, size(b))?;
     add(&mut known[b], &found.reference, of_second, &reverse, size(a))
 }
@@ -168,7 +168,7 @@ fn add(
     model: &Model,
     other: (usize, usize),
 ) -> Result<()> {
-    let (width, height) = (depth.width(), depth.height());
+    let (width, height) = depth.size();
     let before = match known.take() {
         Some(before) => before.into_values(),
         None => filled(width * height, f32::NAN)?,

@@ -120,7 +120,7 @@ fn render(
     let (w, h) = (image.width() as f64, image.height() as f64);
     let warp = WarpOptions {
         // As of two photos.
-        void_distance: (4.0 * alignment.spread(photo) / (w * w + h * h).sqrt()).max(0.5 * most).min(most),
+        void_distance: (4.0 * alignment.prediction_error(photo) / (w * w + h * h).sqrt()).max(0.5 * most).min(most),
         depth: options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
