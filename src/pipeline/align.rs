@@ -33,6 +33,8 @@ pub struct Alignment<'a> {
     /// With depth from the matches themselves, how far it misses matches left out of it: see
     /// [`TwoView`](crate::depth::TwoView).
     pub(super) prediction_error: Option<[f64; 2]>,
+    /// Whether the maps are smooth surfaces, which say nothing about what hides what.
+    pub(super) smooth: bool,
 }
 
 /// Finds the models and the inverse-depth maps that go with them; without `matches`, features of both photos are
@@ -129,8 +131,12 @@ impl Alignment<'_> {
 
     /// The void distance to warp this alignment with, as a share of the diagonal of `target`. Depth from the photos alone
     /// is soon wrong where no match supports it: then it is four times its prediction error, but at least half of `most`.
+    /// With two smooth surfaces it is 1: where they contradict each other is no void.
     #[must_use]
     pub fn void_distance(&self, target: ImageView<'_>, most: f64) -> f64 {
+        if self.smooth {
+            return 1.0;
+        }
         let [w, h] = [target.width(), target.height()].map(|side| side as f64);
         self.prediction_error
             .map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
@@ -166,6 +172,7 @@ impl Alignment<'_> {
             match complete(&self.geometry, matches, photos, refined, options, completing)? {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
+                    self.smooth = true;
                     if extrapolation == Extrapolation::Plane {
                         self.geometry.warnings.push(Warning::OutsideExtrapolated);
                     }

@@ -146,7 +146,7 @@ fn fit_to_tracked(
 /// An alignment before its depth is refined.
 fn alignment(geometry: Estimate, depth: [Option<Cow<'_, InverseDepth>>; 2]) -> Alignment<'_> {
     let depth = if geometry.kind == ModelKind::Homography { [None, None] } else { depth };
-    Alignment { matches: None, geometry, depth, reliable: None, prediction_error: None }
+    Alignment { matches: None, geometry, depth, reliable: None, prediction_error: None, smooth: false }
 }
 
 impl Alignment<'_> {
