@@ -14,6 +14,7 @@ import {
   measure,
   stitch,
   StitchError,
+  stitchMany,
   version,
   warp,
   type Alignment,
@@ -40,6 +41,10 @@ import {
   type Models,
   type Mosaic,
   type Options,
+  type PhotoCode,
+  type PhotoInput,
+  type PhotoPair,
+  type PhotoReport,
   type Progress,
   type Quality,
   type Rect,
@@ -47,6 +52,8 @@ import {
   type Size,
   type Stage,
   type StitchInputs,
+  type StitchManyOptions,
+  type StitchManyResult,
   type StitchOptions,
   type StitchResult,
   type Warning,
@@ -99,8 +106,15 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const filling: FillOptions = { fillRadius: 3 };
   const filled: ImageOutput = await fill(mosaic, voidMask satisfies Mask, filling);
   const quality: Quality = await measure(result, image);
+  const photos: PhotoInput[] = [{ ...image, focalLength: 2 }, image, image];
+  const together: StitchManyOptions = { ...settings, ...call, reference: 1 };
+  const picture: StitchManyResult = await stitchMany(photos, together);
+  const first: PhotoReport | undefined = picture.photos[0];
+  const code: PhotoCode | undefined = first?.code;
+  const compared: PhotoPair[] = picture.pairs;
+
   const text: string = await version();
-  void [map, pairs, both, model, warnings, filled, quality, text];
+  void [code, compared, map, pairs, both, model, warnings, filled, quality, text];
 }
 
 export function whatWentWrong(error: unknown): [ErrorCode, ErrorStage, number | undefined] | null {
@@ -192,6 +206,7 @@ type Used =
   | "matchImages"
   | "measure"
   | "stitch"
+  | "stitchMany"
   | "version"
   | "warp";
 type UsedCodecs =
