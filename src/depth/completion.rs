@@ -10,8 +10,6 @@ use crate::observer::{Observer, report};
 use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
-/// What lies closer to the other photo's border than this, in its pixels, was matched badly.
-const MARGIN: f64 = 3.0;
 /// Fewer samples say nothing.
 const LEAST_SAMPLES: usize = 20;
 /// How far from the border both photos are to show one surface, as a share of the diagonal.
@@ -134,17 +132,12 @@ impl<'a> KnownDepth<'a> {
             check_size("photo", photo.size(), size)?;
         }
         report(observer, Stage::Depth, 0.0)?;
-        let limit = [other.size.0, other.size.1].map(|size| size as f64 - MARGIN);
         let mut known = Vec::new();
         reserve(&mut known, depth.data().len())?;
         for (y, row) in depth.data().chunks_exact(w).enumerate() {
             known.extend(row.iter().enumerate().map(|(x, &d)| {
-                if reliable.is_some_and(|mask| mask.data()[y * w + x] == 0) {
-                    return f32::NAN;
-                }
-                let place = other.model.project(x as f64, y as f64, f64::from(d)).unwrap_or_default();
-                let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
-                if within { d } else { f32::NAN }
+                let reliable = reliable.is_none_or(|mask| mask.data()[y * w + x] != 0);
+                if reliable && other.contains([x as f64, y as f64], f64::from(d)) { d } else { f32::NAN }
             }));
         }
         Self::new(InverseDepth::from_values(known, size.0, size.1), photo, other, matches, observer)
@@ -166,7 +159,7 @@ impl<'a> KnownDepth<'a> {
             for x in (0..w).step_by(step) {
                 let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
                 if !depth.is_nan() {
-                    samples.push(DepthSample { point, depth, parallax: other.model.parallax(point, depth) });
+                    samples.push(DepthSample::new(other.model, point, depth));
                 }
             }
         }

@@ -7,7 +7,7 @@ const COLUMNS: usize = 64;
 /// Fewer points say nothing.
 const FEW: usize = 30;
 /// The most a point counts: where the map folds, or squeezes things beyond recognition.
-const MOST: f64 = 3.0;
+pub(crate) const MOST_ANISOTROPY: f64 = 3.0;
 
 /// Mean of ln(σ₁/σ₂) over a photo of `size` that `model` maps, σ₁ ≥ σ₂ the singular values of the map's Jacobian: 0 for a
 /// similarity, which leaves shapes as they are; where the map folds, 3. `depth` is the photo's inverse depth at x, y. `None` of a
@@ -26,7 +26,7 @@ pub fn anisotropy(model: &Model, size: (usize, usize), depth: &dyn Fn(f64, f64) 
             let jacobian = here.zip(right).zip(place(x, y + step)).map(|((a, b), c)| {
                 [b[0] - a[0], c[0] - a[0], b[1] - a[1], c[1] - a[1]].map(|difference| difference / step)
             });
-            sum += jacobian.map_or(MOST, singular_value_ratio);
+            sum += jacobian.map_or(MOST_ANISOTROPY, singular_value_ratio);
             count += 1;
             x += step;
         }
@@ -40,8 +40,8 @@ pub(crate) fn singular_value_ratio([a, b, c, d]: [f64; 4]) -> f64 {
     // σ₁² + σ₂² and σ₁σ₂.
     let (squares, product) = (a * a + b * b + c * c + d * d, a * d - b * c);
     if product.is_nan() || product <= 0.0 {
-        return MOST;
+        return MOST_ANISOTROPY;
     }
     let mean = (0.5 * squares / product).max(1.0);
-    libm::log(mean + (mean * mean - 1.0).sqrt()).min(MOST)
+    libm::log(mean + (mean * mean - 1.0).sqrt()).min(MOST_ANISOTROPY)
 }

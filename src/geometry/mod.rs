@@ -22,7 +22,7 @@ mod summary;
 mod usable;
 
 pub use anisotropy::anisotropy;
-pub(crate) use anisotropy::singular_value_ratio;
+pub(crate) use anisotropy::{MOST_ANISOTROPY, singular_value_ratio};
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
 pub use homography::homography;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::model::Model;
 use crate::statistics::median;
 
 /// Iterations of reweighted least squares; the plane hardly changes after ten.
@@ -19,6 +20,11 @@ pub struct DepthSample {
 }
 
 impl DepthSample {
+    /// A point of the photo that `model` takes to the other.
+    pub(crate) fn new(model: &Model, point: [f64; 2], depth: f64) -> Self {
+        Self { point, depth, parallax: model.parallax(point, depth) }
+    }
+
     /// Distance in pixels of the other photo from where a plane's inverse depth would put this.
     pub(crate) fn distance(&self, plane: [f64; 3]) -> f64 {
         (self.depth - plane_depth(plane, self.point)).abs() * self.parallax

@@ -121,20 +121,7 @@ pub fn blend(
 
     // Colours, then the seam, then the transition across it.
     let reliability = seam::Reliability { reliable, confidence: warped.confidence.as_ref() };
-    let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
-    if options.blending == Blending::Average {
-        average(&mut image, &placed);
-    } else {
-        match options.seam {
-            Seam::Off => seam::middle(&image, &placed, &mut seam)?,
-            Seam::Cut => seam::cut(&image, &placed, &reliability, &mut seam, &mut Portion::new(observer, 0.25, 0.6))?,
-        }
-        let observer = &mut Portion::new(observer, 0.6, 1.0);
-        match options.blending {
-            Blending::Feather => feather::blend(&mut image, &placed, &seam, options.feather, observer)?,
-            _ => multiband::blend(&mut image, &placed, &seam, options.bands, observer)?,
-        }
-    }
+    let gains = compose(&mut image, &mut seam, &placed, &reliability, options, observer)?;
 
     // Voids: within the footprint, but of neither photo.
     let mut voids = Vec::new();
@@ -143,6 +130,33 @@ pub fn blend(
     voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == 0 { 255 } else { 0 }));
     report(observer, Stage::Blend, 1.0)?;
     Ok(Mosaic { image, voids: Mask::from_bytes(voids, width, height), seam, gains })
+}
+
+/// Puts a photo onto what is there: matches its exposure, decides which shows where both are valid, which `seam` says before,
+/// and blends across that. Returns the gains.
+pub(super) fn compose(
+    image: &mut Image,
+    seam: &mut Mask,
+    base: &Placed<'_>,
+    reliability: &seam::Reliability<'_>,
+    options: &BlendOptions,
+    observer: &mut dyn Observer,
+) -> Result<[f64; 3]> {
+    let gains = exposure::adjust(image, base, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
+    if options.blending == Blending::Average {
+        average(image, base);
+        return Ok(gains);
+    }
+    match options.seam {
+        Seam::Off => seam::middle(image, base, seam)?,
+        Seam::Cut => seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.6))?,
+    }
+    let observer = &mut Portion::new(observer, 0.6, 1.0);
+    match options.blending {
+        Blending::Feather => feather::blend(image, base, seam, options.feather, observer)?,
+        _ => multiband::blend(image, base, seam, options.bands, observer)?,
+    }
+    Ok(gains)
 }
 
 fn check(warped: &Warped, reference: ImageView<'_>, reliable: Option<&Mask>, options: &BlendOptions) -> Result<()> {

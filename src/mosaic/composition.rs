@@ -4,12 +4,12 @@
 //! where the photo shows, and bands are blended across the cut. Only the surroundings of the photo are looked at, so that
 //! the work is in proportion to the photos, not to the canvas times their number.
 
-use super::average::{average, opaque_or_empty};
-use super::blend::{BlendOptions, Blending, Seam};
+use super::average::opaque_or_empty;
+use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
-use super::{exposure, feather, multiband, seam};
+use super::seam;
 use crate::image::{check_size, filled};
-use crate::observer::{Observer, Portion, report};
+use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::warp::Warped;
 use crate::{Image, ImageView, InverseDepth, Mask, Result, Stage};
@@ -105,23 +105,9 @@ impl Composition {
         let (mut image, confidence) = cut_warped(warped, window, (left, top))?;
         let mut shown = seam::sides(&image, &placed)?;
         let overlap = shown.data().iter().filter(|side| **side == 3).count();
-        let gains = exposure::adjust(&mut image, &placed, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
         let reliability = seam::Reliability { reliable: None, confidence: confidence.as_ref() };
-        if options.blending == Blending::Average {
-            average(&mut image, &placed);
-        } else {
-            match options.seam {
-                Seam::Off => seam::middle(&image, &placed, &mut shown)?,
-                Seam::Cut => {
-                    seam::cut(&image, &placed, &reliability, &mut shown, &mut Portion::new(observer, 0.25, 0.6))?
-                }
-            }
-            let observer = &mut Portion::new(observer, 0.6, 1.0);
-            match options.blending {
-                Blending::Feather => feather::blend(&mut image, &placed, &shown, options.feather, observer)?,
-                _ => multiband::blend(&mut image, &placed, &shown, bands, observer)?,
-            }
-        }
+        let options = BlendOptions { bands, ..options.clone() };
+        let gains = compose(&mut image, &mut shown, &placed, &reliability, &options, observer)?;
         self.paste(&image, &shown, window, label);
         self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));

@@ -1,5 +1,5 @@
 //! How to show what only the target shows. Nothing measures depth there, so what counts is that it looks natural: the same
-//! surface goes on, bends back to a plane, or, when neither will do, a homography takes the place of both photos' depth.
+//! surface goes on, or becomes a plane, or a homography takes the place of both photos' depth: whichever is predicted to look best.
 
 use super::models::{fit_homography, if_possible};
 use super::options::Options;
@@ -42,12 +42,12 @@ pub(super) fn complete(
 ) -> Result<Completed> {
     let photos = [target, reference];
     let models = [&geometry.forward, &geometry.reverse];
-    let [tracked_target, tracked_reference] = [0, 1].map(|side| tracked(geometry, matches, side));
+    let [target_matches, reference_matches] = [0, 1].map(|side| triangulated(geometry, matches, side));
     let [reliable_target, reliable_reference] = &refined.reliable;
     let other = OtherView { model: models[0], size: reference.size() };
     let first = &mut Portion::new(observer, 0.0, 0.4);
     let mut known =
-        KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &tracked_target, first)?;
+        KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
     let prediction = Prediction::new(photos)?;
     let Some(best) = best_surface(&mut known, &prediction, models[0])? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
@@ -63,20 +63,20 @@ pub(super) fn complete(
     // Not needed any more, and as large as a few maps when the photos are small.
     drop((known, prediction));
     let options = CompletionOptions { keep_reliable: false, shape: best.shape };
-    let measured = MeasuredDepth { map: &refined.reference, reliable: reliable_reference, matches: &tracked_reference };
+    let measured = MeasuredDepth { map: &refined.reference, reliable: reliable_reference, matches: &reference_matches };
     let second = &mut Portion::new(observer, 0.5, 1.0);
     let others = complete_reference_depth(&measured, reference, &own, models, &options, second)?;
     Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
 }
 
 /// Inliers among the matches with their depth in the target (side 0) or the reference (1).
-fn tracked(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
+fn triangulated(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
     let model = [&geometry.forward, &geometry.reverse][side];
     let inliers = matches.iter().zip(&geometry.inliers).filter(|(_, inlier)| **inlier);
     let sample = |m: &Match| {
         let ends = [m.target, m.reference];
-        let (point, depth) = (ends[side], model.triangulate(ends[side], ends[1 - side])?);
-        Some(DepthSample { point, depth, parallax: model.parallax(point, depth) })
+        let depth = model.triangulate(ends[side], ends[1 - side])?;
+        Some(DepthSample::new(model, ends[side], depth))
     };
     inliers.filter_map(|(m, _)| sample(m)).collect()
 }

@@ -1,7 +1,7 @@
 //! What a person will see of an alignment, predicted on a coarse grid of the target before anything is rendered: where the seam
 //! would run, what would differ there, and how the target would be distorted where it shows.
 
-use crate::geometry::{Model, singular_value_ratio};
+use crate::geometry::{MOST_ANISOTROPY, Model, singular_value_ratio};
 use crate::image::reserve;
 use crate::mosaic::{Choice, predict_seam};
 use crate::{ImageView, Result};
@@ -15,8 +15,6 @@ const SQUARE: f64 = 0.75;
 const TEXTURE: f64 = 8.0;
 /// Gains beyond these are no exposure.
 const GAINS: [f64; 2] = [0.25, 4.0];
-/// What anisotropy counts where the map folds.
-const FOLDED: f64 = 3.0;
 /// Bending beyond this is all the same.
 const MOST_BENDING: f64 = 0.1;
 /// What a unit of bending and a level of difference at the seam count, next to a unit of anisotropy. Tuned by eye on 37 real
@@ -218,7 +216,7 @@ impl Prediction {
             }
             let around = [cell, cell - 1, cell + 1, cell - self.columns, cell + self.columns].map(|i| places[i]);
             let weight = self.texture[cell];
-            let (leaning, bent) = self.local(around).unwrap_or((FOLDED, MOST_BENDING));
+            let (leaning, bent) = self.local(around).unwrap_or((MOST_ANISOTROPY, MOST_BENDING));
             (anisotropy, cells) = (anisotropy + leaning, cells + 1);
             (bending, texture) = (bending + weight * bent, texture + weight);
         }

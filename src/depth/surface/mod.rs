@@ -56,7 +56,17 @@ pub(crate) struct OtherView<'a> {
     pub size: (usize, usize),
 }
 
+/// What lies closer to the other photo's border than this, in its pixels, was matched badly.
+const MARGIN: f64 = 3.0;
+
 impl OtherView<'_> {
+    /// Whether a point with this depth lands inside of the other photo, and not next to its border.
+    pub(crate) fn contains(&self, [x, y]: [f64; 2], depth: f64) -> bool {
+        let limit = [self.size.0, self.size.1].map(|side| side as f64 - MARGIN);
+        let place = self.model.project(x, y, depth).unwrap_or_default();
+        place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit)
+    }
+
     /// How far in pixels outside of the other photo a point with this depth lands, 0 inside; infinitely far behind its camera.
     pub(super) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
         let Some([u, v]) = self.model.project(x, y, depth) else { return f64::INFINITY };

@@ -130,10 +130,7 @@ impl PlaneParallax {
     /// The matches on one side, with depth in that photo.
     fn samples(&self, usable: &[Usable], side: usize) -> Vec<DepthSample> {
         let model = &self.models[side];
-        let sample = |m: &Triangulated| {
-            let (point, depth) = (usable[m.index].ends[side], m.depth[side]);
-            DepthSample { point, depth, parallax: model.parallax(point, depth) }
-        };
+        let sample = |m: &Triangulated| DepthSample::new(model, usable[m.index].ends[side], m.depth[side]);
         self.matches.iter().map(sample).collect()
     }
 

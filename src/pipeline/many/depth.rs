@@ -22,9 +22,7 @@ const MOST_MATCHES: usize = 500;
 const SAMPLES: usize = 1500;
 /// Fewer landmarks are no surface.
 const FEWEST: usize = 20;
-/// What lies closer to the neighbour's border than this, in its pixels, was matched badly.
-const MARGIN: f64 = 3.0;
-/// As of two photos: a surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane.
+/// A surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane. Tuned on pairs.
 const MOST_BENDING: f64 = 1.3;
 /// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
 const RELIEF: f64 = 0.7;
@@ -155,25 +153,18 @@ fn compare(
     let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true };
     let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
     let [of_first, of_second] = &found.reliable;
-    let size = |photo: usize| photos[photo].size();
-    add(&mut known[a], &found.target, of_first, &forward, size(b))?;
-    add(&mut known[b], &found.reference, of_second, &reverse, size(a))
+    let views = [(&forward, b), (&reverse, a)].map(|(model, photo)| OtherView { model, size: photos[photo].size() });
+    add(&mut known[a], &found.target, of_first, &views[0])?;
+    add(&mut known[b], &found.reference, of_second, &views[1])
 }
 
 /// Adds what is reliable, and does not land next to the border of the other photo, where nothing is known yet.
-fn add(
-    known: &mut Option<InverseDepth>,
-    depth: &InverseDepth,
-    reliable: &Mask,
-    model: &Model,
-    other: (usize, usize),
-) -> Result<()> {
+fn add(known: &mut Option<InverseDepth>, depth: &InverseDepth, reliable: &Mask, other: &OtherView<'_>) -> Result<()> {
     let (width, height) = depth.size();
     let before = match known.take() {
         Some(before) => before.into_values(),
         None => filled(width * height, f32::NAN)?,
     };
-    let limit = [other.0, other.1].map(|side| side as f64 - MARGIN);
     let mut values = Vec::new();
     reserve(&mut values, width * height)?;
     let all = before.into_iter().zip(depth.data()).zip(reliable.data());
@@ -181,9 +172,8 @@ fn add(
         if !before.is_nan() || mark == 0 {
             return before;
         }
-        let place = model.project((i % width) as f64, (i / width) as f64, f64::from(d)).unwrap_or_default();
-        let within = place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit);
-        if within { d } else { f32::NAN }
+        let point = [i % width, i / width].map(|p| p as f64);
+        if other.contains(point, f64::from(d)) { d } else { f32::NAN }
     }));
     *known = Some(InverseDepth::from_values(values, width, height));
     Ok(())

@@ -5,7 +5,7 @@ use crate::geometry::{EstimateOptions, ModelKind, PairLink, two_view_geometry};
 use crate::observer::{Observer, Portion};
 use crate::pipeline::models::if_possible;
 use crate::pipeline::options::Options;
-use crate::{ImageView, Result};
+use crate::{ImageView, Result, Stage};
 
 /// Up to so many photos all pairs are matched; beyond, each photo with so many others.
 const CANDIDATES: usize = 8;
@@ -113,7 +113,9 @@ fn compare(
     let matches = matches_of(a, b, &pairs);
     let mut pair = PhotoPair { photos, matches: matches.len(), inliers: 0, linked: false };
     let estimate = EstimateOptions { focal: None, ..options.estimate.clone() };
-    let found = two_view_geometry(&matches, [a.size, b.size], &estimate, &mut Silent(observer));
+    // Its own stages run once for every pair.
+    let verifying = &mut Portion::of_stage(observer, Stage::Match, 1.0, 1.0);
+    let found = two_view_geometry(&matches, [a.size, b.size], &estimate, verifying);
     let Some(found) = if_possible(found)? else { return Ok((pair, None)) };
     let flags = &found.estimate.inliers;
     pair.inliers = flags.iter().filter(|flag| **flag).count();
@@ -127,19 +129,6 @@ fn compare(
         kind: if found.samples.is_some() { ModelKind::TwoView } else { ModelKind::Homography },
     });
     Ok((pair, link))
-}
-
-/// Lets cancellation through, but no progress of stages that run once for every pair.
-struct Silent<'a>(&'a mut dyn Observer);
-
-impl Observer for Silent<'_> {
-    fn progress(&mut self, _: crate::Stage, _: f32) -> bool {
-        self.0.progress(crate::Stage::Match, 1.0)
-    }
-
-    fn now(&mut self) -> f64 {
-        self.0.now()
-    }
 }
 
 /// The photos of the largest group that links connect, ascending; of several the one with the first photo. With a `reference`
