@@ -195,3 +195,18 @@ fn what_only_the_target_shows_looks_natural() {
         assert!(seen.bending.unwrap_or(0.0) < 2.0, "{name}: {:?}", seen.bending);
     }
 }
+
+/// A network's maps bow the fence and the façade that only the target shows: a surface goes through them there, and leaves the
+/// overlap as it is.
+#[test]
+fn inexact_maps_are_smoothed_outside() {
+    let Some(case) = load(PAIR) else { return };
+    let found = run(&case, &Options { output_depth: true, ..Options::default() }).unwrap();
+    assert_eq!(found.geometry.comparison.map(|comparison| comparison.exact), Some(false));
+    let target = View { depth: found.depth[0].as_ref(), ..case.target() };
+    let Stitched { geometry, warped, mosaic, quality, .. } = &found;
+    let seen = appearance(target, case.reference().image, &geometry.forward, warped, mosaic).unwrap();
+    assert_eq!(seen.broken_lines.outside.broken, 0, "of {}", seen.broken_lines.outside.lines);
+    assert!(seen.broken_lines.outside.lines >= 5);
+    assert!(quality.psnr_bbox > 21.0 && quality.coverage > 0.5, "{quality:?}");
+}

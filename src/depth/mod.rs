@@ -10,8 +10,8 @@ mod surface;
 mod transfer;
 mod two_view;
 
-pub(crate) use completion::KnownDepth;
 pub use completion::{CompletionOptions, MeasuredDepth, complete_depth, complete_reference_depth};
+pub(crate) use completion::{KnownDepth, smooth_outside};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};

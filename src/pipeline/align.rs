@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use super::extrapolation::{Completed, complete};
+use super::extrapolation::{Completed, complete, triangulated};
 use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::depth::{Extrapolation, Prior, RefineOptions, refine_prior};
+use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, refine_prior, smooth_outside};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
@@ -165,10 +165,13 @@ impl Alignment<'_> {
         let prior = Prior { error, weak: kind == ModelKind::TwoView };
         let photos = [target.image, reference.image];
         let [target, reference] = self.views(target, reference);
-        let refining = &mut Portion::new(observer, 0.0, if prior.weak { REFINEMENT } else { 1.0 });
-        let refined = refine_prior(target, reference, &forward, &reverse, prior, refine, refining)?;
+        // Maps of a network, say: outside of the reference nothing corrects their errors.
+        let inexact = self.geometry.comparison.is_some_and(|comparison| !comparison.exact);
+        let share = if prior.weak || inexact { REFINEMENT } else { 1.0 };
+        let refining = &mut Portion::new(observer, 0.0, share);
+        let mut refined = refine_prior(target, reference, &forward, &reverse, prior, refine, refining)?;
+        let completing = &mut Portion::of_stage(observer, Stage::Refine, share, 1.0);
         if prior.weak {
-            let completing = &mut Portion::of_stage(observer, Stage::Refine, REFINEMENT, 1.0);
             match complete(&self.geometry, matches, photos, refined, options, completing)? {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
@@ -180,6 +183,14 @@ impl Alignment<'_> {
                 Completed::Homography(flat) => self.replace_by_homography(*flat),
             }
             return Ok(());
+        }
+        if inexact {
+            let matches = &triangulated(&self.geometry, matches, 0);
+            let measured = MeasuredDepth { map: &refined.target, reliable: &refined.reliable[0], matches };
+            let reference = OtherView { model: &forward, size: photos[1].size() };
+            if let Some(smooth) = smooth_outside(&measured, photos[0], reference, completing)? {
+                refined.target = smooth;
+            }
         }
         self.depth = [refined.target, refined.reference].map(|map| Some(Cow::Owned(map)));
         let [_, reliable] = refined.reliable;

@@ -70,7 +70,7 @@ pub(super) fn complete(
 }
 
 /// Inliers among the matches with their depth in the target (side 0) or the reference (1).
-fn triangulated(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
+pub(super) fn triangulated(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
     let model = [&geometry.forward, &geometry.reverse][side];
     let inliers = matches.iter().zip(&geometry.inliers).filter(|(_, inlier)| **inlier);
     let sample = |m: &Match| {

@@ -67,6 +67,14 @@ impl OtherView<'_> {
         place.iter().zip(limit).all(|(p, limit)| *p >= MARGIN && *p < limit)
     }
 
+    /// How far in pixels inside of the other photo's border a point with this depth lands; negative outside, and behind its
+    /// camera.
+    pub(super) fn inset(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
+        let Some([u, v]) = self.model.project(x, y, depth) else { return f64::NEG_INFINITY };
+        let within = |p: f64, side: usize| p.min((side - 1) as f64 - p);
+        within(u, self.size.0).min(within(v, self.size.1))
+    }
+
     /// How far in pixels outside of the other photo a point with this depth lands, 0 inside; infinitely far behind its camera.
     pub(super) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
         let Some([u, v]) = self.model.project(x, y, depth) else { return f64::INFINITY };
