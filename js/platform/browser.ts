@@ -11,8 +11,10 @@ export interface Port {
 
 /** Starts a worker. `onExit` is called when it ends other than by `terminate`. */
 export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) => void): Port {
-  // Bundlers recognize exactly this expression.
-  const worker = new Worker(new URL("../worker/browser.js", import.meta.url), { type: "module" });
+  // Bundlers recognize exactly the second expression.
+  const worker =
+    workerOfAnotherOrigin() ??
+    new Worker(new URL("../worker/browser.js", import.meta.url), { type: "module" });
   worker.onmessage = ({ data }: MessageEvent<Reply>) => onReply(data);
   worker.onmessageerror = () => onExit(new Error("a message could not be read"));
   worker.onerror = (event) => {
@@ -24,6 +26,24 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
     busy: () => undefined,
     terminate: () => worker.terminate(),
   };
+}
+
+/**
+ * The worker when this script comes from another origin than the page, a CDN say: browsers start workers of the page's origin
+ * only, but these may import from anywhere.
+ */
+function workerOfAnotherOrigin(): Worker | undefined {
+  // Not `new URL(…, import.meta.url)`, as bundlers would include the script again; and some put a file's address there.
+  const base = import.meta.url;
+  if (!/^https?:/.test(base) || new URL(base).origin === globalThis.location?.origin) return;
+  const address = JSON.stringify(new URL("../worker/browser.js", base).href);
+  const script = URL.createObjectURL(new Blob([`import ${address};`], { type: "text/javascript" }));
+  const worker = new Worker(script, { type: "module" });
+  // Once it has run, or could not be loaded, its address is of no use any more.
+  for (const event of ["message", "error"] as const) {
+    worker.addEventListener(event, () => URL.revokeObjectURL(script), { once: true });
+  }
+  return worker;
 }
 
 /** Compiles a wasm file. */

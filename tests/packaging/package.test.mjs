@@ -301,7 +301,7 @@ test("the example for Vite shows a mosaic, built and by the development server",
   }
 });
 
-test("the example without a build step shows a mosaic", async () => {
+test("the example without a build step shows a mosaic, also with the package on another origin", async () => {
   const copy = example("html");
   const server = await preview({
     root: copy,
@@ -309,9 +309,23 @@ test("the example without a build step shows a mosaic", async () => {
     build: { outDir: copy },
     preview: { port: 0 },
   });
+  // Another port is another origin.
+  const cdn = await preview({
+    root: consumer,
+    configFile: false,
+    build: { outDir: consumer },
+    preview: { port: 0 },
+  });
   try {
-    await showsMosaic(server.resolvedUrls?.local[0]);
+    const page = server.resolvedUrls?.local[0];
+    await showsMosaic(page);
+    const html = readFileSync(join(copy, "index.html"), "utf8");
+    const address = new URL("node_modules/", cdn.resolvedUrls?.local[0]).href;
+    assert.ok(html.includes("./node_modules/"));
+    writeFileSync(join(copy, "index.html"), html.replace("./node_modules/", address));
+    await showsMosaic(page);
   } finally {
     await server.close();
+    await cdn.close();
   }
 });
