@@ -32,6 +32,20 @@ const views = {
 };
 type Kind = keyof typeof views;
 
+/**
+ * What `inputs` makes of arguments. Whatever reading them throws (a revoked proxy, a getter) becomes an `invalid-argument`
+ * error with that as its cause.
+ */
+export function read<T>(inputs: () => T): T {
+  try {
+    return inputs();
+  } catch (cause) {
+    if (cause instanceof StitchError) throw cause;
+    const reason = cause instanceof Error ? `: ${cause.message}` : "";
+    throw invalid(`an argument cannot be read${reason}`, {}, { cause });
+  }
+}
+
 function extent(view: ArrayBufferView, bytes: number): [ArrayBuffer, number, number] {
   const { buffer, byteOffset, byteLength } = view;
   const length = byteLength / bytes;
@@ -53,7 +67,11 @@ function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeo
   if (!kind || !ArrayBuffer.isView(value)) {
     throw invalid(`${name} must be a ${kinds.join(" or ")}, got ${describe(value)}`);
   }
-  return views[kind](value);
+  try {
+    return views[kind](value);
+  } catch (cause) {
+    throw invalid(`${name} has a buffer that was transferred or shrunk`, {}, { cause });
+  }
 }
 
 /** A value as it appears in a message: strings quoted, objects by their class. */
@@ -70,8 +88,13 @@ function object(name: string, value: unknown): Record<string, unknown> {
   return value as Record<string, unknown>;
 }
 
-function number(name: string, value: unknown): number {
+export function number(name: string, value: unknown): number {
   if (typeof value !== "number") throw invalid(`${name} must be a number, got ${describe(value)}`);
+  return value;
+}
+
+export function text(name: string, value: unknown): string {
+  if (typeof value !== "string") throw invalid(`${name} must be a string, got ${describe(value)}`);
   return value;
 }
 
@@ -110,9 +133,12 @@ export function manyInputs({ reference }: ManyInputs): ManyInputs {
 }
 
 export function bytes(name: string, value: unknown): Uint8Array {
-  return tag(value) === "ArrayBuffer"
-    ? new Uint8Array(value as ArrayBuffer)
-    : view(name, value, "Uint8Array");
+  if (tag(value) !== "ArrayBuffer") return view(name, value, "Uint8Array");
+  try {
+    return new Uint8Array(value as ArrayBuffer);
+  } catch (cause) {
+    throw invalid(`${name} is no ArrayBuffer, or was transferred`, {}, { cause });
+  }
 }
 
 function output(name: string, value: unknown): ImageOutput {
@@ -288,8 +314,16 @@ export function stitchInputs(value: StitchInputs): StitchInputs {
   };
 }
 
-/** The options of how to run a call. */
-export function callOptions(options: CallOptions): CallOptions {
+/** The inputs of `blend` besides the images. */
+export function blendInputs(value: { reliable?: Mask | null | undefined }): { reliable?: Mask } {
+  const { reliable } = object("options", value);
+  return isGiven(reliable) ? { reliable: mask("reliable", reliable) } : {};
+}
+
+/** The options of how to run a call, with their defaults. */
+export function callOptions(
+  options: CallOptions,
+): CallOptions & { worker: boolean; transfer: boolean } {
   const { onProgress, signal, worker = true, transfer = false } = object("options", options);
   if (onProgress !== undefined && typeof onProgress !== "function") {
     throw invalid(`onProgress must be a function, got ${describe(onProgress)}`);
@@ -297,7 +331,10 @@ export function callOptions(options: CallOptions): CallOptions {
   if (signal !== undefined && tag(signal) !== "AbortSignal") {
     throw invalid(`signal must be an AbortSignal, got ${describe(signal)}`);
   }
-  boolean("worker", worker);
-  boolean("transfer", transfer);
-  return options;
+  return {
+    onProgress: onProgress as CallOptions["onProgress"],
+    signal: signal as CallOptions["signal"],
+    worker: boolean("worker", worker),
+    transfer: boolean("transfer", transfer),
+  };
 }

@@ -45,9 +45,12 @@ export async function decodeImage(
   bytes: Uint8Array | ArrayBuffer,
   maxPixels: number = MAX_PIXELS,
 ): Promise<ImageOutput> {
-  const file = check.bytes("bytes", bytes);
+  const { file, most } = check.read(() => ({
+    file: check.bytes("bytes", bytes),
+    most: check.number("maxPixels", maxPixels),
+  }));
   await init();
-  return codecs.call((raw) => raw.decodeImage(file, maxPixels));
+  return codecs.call((raw) => raw.decodeImage(file, most));
 }
 
 /**
@@ -59,21 +62,24 @@ export async function decodeDepth(
   bytes: Uint8Array | ArrayBuffer,
   maxPixels: number = MAX_PIXELS,
 ): Promise<DepthMap> {
-  const file = check.bytes("bytes", bytes);
+  const { file, most } = check.read(() => ({
+    file: check.bytes("bytes", bytes),
+    most: check.number("maxPixels", maxPixels),
+  }));
   await init();
-  return codecs.call((raw) => raw.decodeDepth(file, maxPixels));
+  return codecs.call((raw) => raw.decodeDepth(file, most));
 }
 
 /** Encodes an image as PNG with alpha. */
 export async function encodePng(image: ImageInput): Promise<Uint8Array<ArrayBuffer>> {
-  const input = check.image("image", image);
+  const input = check.read(() => check.image("image", image));
   await init();
   return codecs.call((raw) => raw.encodePng(input));
 }
 
 /** Encodes a mask or another single-channel image as a grayscale PNG. */
 export async function encodeGrayPng(mask: GrayInput): Promise<Uint8Array<ArrayBuffer>> {
-  const input = check.image("mask", mask);
+  const input = check.read(() => check.image("mask", mask));
   await init();
   return codecs.call((raw) => raw.encodeGrayPng(input));
 }
@@ -83,7 +89,10 @@ export async function encodeJpeg(
   image: ImageInput,
   quality: number = 90,
 ): Promise<Uint8Array<ArrayBuffer>> {
-  const input = check.image("image", image);
+  const { input, share } = check.read(() => ({
+    input: check.image("image", image),
+    share: check.number("quality", quality),
+  }));
   await init();
-  return codecs.call((raw) => raw.encodeJpeg(input, quality));
+  return codecs.call((raw) => raw.encodeJpeg(input, share));
 }

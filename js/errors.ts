@@ -58,8 +58,12 @@ export function abortError(signal: AbortSignal): StitchError {
 }
 
 /** An `invalid-argument` error. */
-export function invalid(message: string, details: Record<string, number> = {}): StitchError {
-  return new StitchError({ code: "invalid-argument", stage: "input", message, details });
+export function invalid(
+  message: string,
+  details: Record<string, number> = {},
+  options?: ErrorOptions,
+): StitchError {
+  return new StitchError({ code: "invalid-argument", stage: "input", message, details }, options);
 }
 
 /** Whether `value` is an error thrown by the wasm modules: an `Error` with `code`, `stage` and `details`. */

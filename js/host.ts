@@ -11,11 +11,14 @@ import type { Reply } from "./worker/serve.js";
 /** Milliseconds after which an idle worker is terminated, which releases its memory. */
 const IDLE_MS = 10_000;
 
+/** How a call ended. What `onProgress` throws may be anything. */
+type Outcome = { result: Result } | { error: unknown };
+
 interface Job {
   call: Call;
   compile: () => Promise<WebAssembly.Module>;
   onProgress: CallOptions["onProgress"];
-  settle: (outcome: Result | Error) => void;
+  settle: (outcome: Outcome) => void;
 }
 
 const queue: Job[] = [];
@@ -30,15 +33,15 @@ export function runInWorker(
   { onProgress, signal }: CallOptions,
 ): Promise<Result> {
   return new Promise((resolve, reject) => {
-    const onAbort = () => signal && finish(job, abortError(signal));
+    const onAbort = () => signal && finish(job, { error: abortError(signal) });
     const job: Job = {
       call,
       compile,
       onProgress,
       settle(outcome) {
         signal?.removeEventListener("abort", onAbort);
-        if (outcome instanceof Error) reject(outcome);
-        else resolve(outcome);
+        if ("error" in outcome) reject(outcome.error);
+        else resolve(outcome.result);
       },
     };
     signal?.addEventListener("abort", onAbort);
@@ -60,18 +63,16 @@ async function next(): Promise<void> {
     port.busy(true);
     port.post({ module, call: job.call }, [...buffersOf(job.call.args)]);
   } catch (cause) {
-    finish(
-      job,
-      cause instanceof StitchError ? cause : loadError("could not start the worker", cause),
-    );
+    const known = cause instanceof StitchError;
+    finish(job, { error: known ? cause : loadError("could not start the worker", cause) });
   }
 }
 
 /** Settles a call, running or queued, with its result or error. */
-function finish(job: Job, outcome: Result | Error): void {
+function finish(job: Job, outcome: Outcome): void {
   if (active === job) {
     active = undefined;
-    if (!(outcome instanceof Error) || reusable(outcome)) rest();
+    if (!("error" in outcome) || reusable(outcome.error)) rest();
     else stop();
   } else {
     const position = queue.indexOf(job);
@@ -83,7 +84,7 @@ function finish(job: Job, outcome: Result | Error): void {
 }
 
 /** Whether the worker is still usable after this error. */
-function reusable(error: Error): boolean {
+function reusable(error: unknown): boolean {
   const fatal = ["aborted", "internal", "load-failed", "out-of-memory"];
   return error instanceof StitchError && !fatal.includes(error.code);
 }
@@ -99,21 +100,21 @@ function start(): Port {
     (cause) => {
       if (port !== started) return;
       port = undefined;
-      if (active)
-        finish(active, ready ? terminated(cause) : loadError("could not start the worker", cause));
+      const error = ready ? terminated(cause) : loadError("could not start the worker", cause);
+      if (active) finish(active, { error });
     },
   );
   return started;
 }
 
 function receive(job: Job, reply: Exclude<Reply, { ready: true }>): void {
-  if ("result" in reply) finish(job, reply.result);
-  else if ("error" in reply) finish(job, new StitchError(reply.error));
+  if ("result" in reply) finish(job, { result: reply.result });
+  else if ("error" in reply) finish(job, { error: new StitchError(reply.error) });
   else {
     try {
       job.onProgress?.(reply.progress);
     } catch (error) {
-      finish(job, error instanceof Error ? error : new Error(String(error), { cause: error }));
+      finish(job, { error });
     }
   }
 }

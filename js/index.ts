@@ -77,7 +77,7 @@ export async function stitch(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<StitchResult> {
-  return call("stitch", stitchArguments(target, reference, options), options);
+  return call("stitch", () => stitchArguments(target, reference, options), options);
 }
 
 /**
@@ -95,7 +95,7 @@ export async function stitchMany(
 ): Promise<StitchManyResult> {
   return call(
     "stitchMany",
-    [check.photos(photos), check.manyInputs(options), check.settings(options)],
+    () => [check.photos(photos), check.manyInputs(options), check.settings(options)],
     options,
   );
 }
@@ -106,7 +106,7 @@ export async function stitchMany(
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-large`, `out-of-memory`, `aborted`.
  */
 export async function detect(image: ImageInput, options: MatchOptions = {}): Promise<Features> {
-  return call("detect", [check.image("image", image), check.settings(options)], options);
+  return call("detect", () => [check.image("image", image), check.settings(options)], options);
 }
 
 /**
@@ -121,7 +121,7 @@ export async function match(
 ): Promise<Matches> {
   return call(
     "match",
-    [
+    () => [
       check.features("target", target),
       check.features("reference", reference),
       check.settings(options),
@@ -146,7 +146,11 @@ export async function matchImages(
 ): Promise<ImageMatches> {
   return call(
     "matchImages",
-    [check.image("target", target), check.image("reference", reference), check.settings(options)],
+    () => [
+      check.image("target", target),
+      check.image("reference", reference),
+      check.settings(options),
+    ],
     options,
   );
 }
@@ -166,7 +170,7 @@ export async function estimate(
   inputs: EstimateInputs,
   options: EstimateOptions = {},
 ): Promise<Geometry> {
-  return call("estimate", [check.estimateInputs(inputs), check.settings(options)], options);
+  return call("estimate", () => [check.estimateInputs(inputs), check.settings(options)], options);
 }
 
 /**
@@ -185,7 +189,7 @@ export async function align(
   reference: ImageInput,
   options: StitchOptions = {},
 ): Promise<Alignment> {
-  return call("align", stitchArguments(target, reference, options), options);
+  return call("align", () => stitchArguments(target, reference, options), options);
 }
 
 /**
@@ -206,7 +210,7 @@ export async function warp(
 ): Promise<Warped> {
   return call(
     "warp",
-    [
+    () => [
       check.image("target", target),
       check.image("reference", reference),
       check.models(geometry),
@@ -232,11 +236,14 @@ export async function blend(
   reference: ImageInput,
   options: BlendOptions = {},
 ): Promise<Mosaic> {
-  const { reliable } = options;
-  const inputs = reliable ? { reliable: check.mask("reliable", reliable) } : {};
   return call(
     "blend",
-    [check.warped(warped), check.image("reference", reference), inputs, check.settings(options)],
+    () => [
+      check.warped(warped),
+      check.image("reference", reference),
+      check.blendInputs(options),
+      check.settings(options),
+    ],
     options,
   );
 }
@@ -252,8 +259,12 @@ export async function blend(
  * @throws {StitchError} `invalid-argument`, `size-mismatch`.
  */
 export function crop(image: ImageInput, rect: Rect): ImageOutput {
-  const { data, width, height } = check.wholeImage("image", image);
-  const { x, y, ...size } = check.rectWithin(rect, { width, height });
+  const { whole, part: rectangle } = check.read(() => {
+    const whole = check.wholeImage("image", image);
+    return { whole, part: check.rectWithin(rect, whole) };
+  });
+  const { data, width } = whole;
+  const { x, y, ...size } = rectangle;
   const part = new Uint8ClampedArray(4 * size.width * size.height);
   for (let row = 0; row < size.height; row++) {
     const from = 4 * ((y + row) * width + x);
@@ -276,7 +287,11 @@ export async function fill(
 ): Promise<ImageOutput> {
   return call(
     "fill",
-    [check.image("mosaic", mosaic), check.mask("voidMask", voidMask), check.settings(options)],
+    () => [
+      check.image("mosaic", mosaic),
+      check.mask("voidMask", voidMask),
+      check.settings(options),
+    ],
     options,
   );
 }
@@ -294,13 +309,14 @@ export async function measure(
 ): Promise<Quality> {
   return call(
     "measure",
-    [check.warped(warped), check.image("reference", reference), check.gains(options.gains)],
+    () => [check.warped(warped), check.image("reference", reference), check.gains(options.gains)],
     options,
   );
 }
 
 /** The default values of all options in a mode. */
 export async function defaultOptions(mode: Options["mode"] = "default"): Promise<Options> {
+  check.read(() => check.text("mode", mode));
   await core.start(await compile());
   return core.call((raw) => raw.defaultOptions(mode));
 }
@@ -326,18 +342,18 @@ function stitchArguments(
 }
 
 /**
- * Runs a function of the core: in a worker (`worker/`), which gets a copy of the arguments or the arguments themselves, or
- * here. Both ways end in `run` of `core.ts`, which names the function's arguments.
+ * Runs a function of the core with the arguments that `read` makes of the caller's: in a worker (`worker/`), which gets a copy of
+ * them or the arguments themselves, or here. Both ways end in `run` of `core.ts`, which names the function's arguments.
  */
 async function call<N extends CallName>(
   name: N,
-  args: Calls[N]["args"],
+  read: () => Calls[N]["args"],
   options: CallOptions,
 ): Promise<Calls[N]["result"]> {
-  const { worker = true, transfer = false, onProgress, signal } = check.callOptions(options);
+  const { worker, transfer, onProgress, signal } = check.read(() => check.callOptions(options));
+  const request = { name, args: check.read(read) } as Call;
   if (signal?.aborted) throw abortError(signal);
-  const request = { name, args } as Call;
-  if (worker) return runInWorker(ownedCopy(request, transfer), compile, options);
+  if (worker) return runInWorker(ownedCopy(request, transfer), compile, { onProgress, signal });
 
   await core.start(await compile());
   const stopIfAborted = () => {

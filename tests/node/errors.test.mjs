@@ -1,7 +1,7 @@
 // Invalid inputs are reported by a StitchError that names them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { estimate, fill, stitch, StitchError, warp } from "depthstitch";
+import { blend, estimate, fill, stitch, StitchError, warp } from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
 
 const { target, reference, inputs } = await sample();
@@ -159,4 +159,23 @@ test("without a worker errors are the same", async () => {
     });
     assert.deepEqual(parts(here), parts(there));
   }
+});
+
+test("arguments that cannot be read", async () => {
+  const data = target.data.slice();
+  structuredClone(data, { transfer: [data.buffer] });
+  const transferred = await withTarget({ ...target, data });
+  assert.equal(transferred.code, "invalid-argument");
+  assert.match(transferred.message, /^target.data has a buffer that was transferred/);
+  const { proxy, revoke } = Proxy.revocable({}, {});
+  revoke();
+  const revoked = await withTarget(proxy);
+  assert.equal(revoked.code, "invalid-argument");
+  assert.ok(revoked.cause instanceof TypeError);
+  const warped = { warped: target, footprint: { data: new Uint8Array(1), width: 1, height: 1 } };
+  const nothing = await rejection(
+    blend(/** @type {any} */ (warped), reference, /** @type {any} */ (null)),
+  );
+  assert.equal(nothing.code, "invalid-argument");
+  assert.match(nothing.message, /options must be an object, got null/);
 });

@@ -84,14 +84,18 @@ for (const worker of [true, false]) {
     await works({ worker });
   });
 
-  test(`${where}: an exception of onProgress rejects the call`, async () => {
-    const mine = new Error("mine");
-    const onProgress = () => {
-      throw mine;
-    };
-    await assert.rejects(stitch(target, reference, { ...inputs, worker, onProgress }), mine);
-    await works({ worker });
-  });
+  for (const mine of [new Error("mine"), "mine", undefined]) {
+    test(`${where}: what onProgress throws rejects the call: ${mine}`, async () => {
+      const onProgress = () => {
+        throw mine;
+      };
+      const call = stitch(target, reference, { ...inputs, worker, onProgress });
+      /** @param {unknown} error */
+      const isMine = (error) => error === mine;
+      await assert.rejects(call, isMine);
+      await works({ worker });
+    });
+  }
 }
 
 test("aborting is at once: it does not wait for the worker", async () => {
