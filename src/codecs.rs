@@ -13,6 +13,9 @@ use crate::image::{check_len, reserve, zeroed};
 use crate::luma::rec709;
 use crate::{Error, Image, ImageView, Result};
 
+/// Bytes that may always be taken for colour profiles and texts of a file.
+const MOST_METADATA: u64 = 1 << 24;
+
 /// One channel, in the bit depth of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Samples {
@@ -157,11 +160,14 @@ impl Raw {
             // The decoder's constructor already takes memory for a row.
             let size = png_size(bytes).ok_or_else(|| failed("the PNG file ends in its header".into()))?;
             check_size(size)?;
-            // Bounds rows, and what is inflated on the way to the pixels, as a colour profile.
+            // Bounds rows, and what is inflated on the way to the pixels, as a colour profile: a small file can claim a huge one.
             let mut limits = Limits::no_limits();
-            limits.max_alloc = Some((bytes.len() as u64).saturating_add(max_pixels.saturating_mul(8)).max(1 << 24));
+            let pixels = u64::from(size.0).saturating_mul(size.1.into());
+            limits.max_alloc = Some((bytes.len() as u64).saturating_add(pixels.saturating_mul(8)).max(MOST_METADATA));
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
-                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) }.into(),
+                ImageError::Limits(_) => {
+                    failed("what the PNG file says about its picture takes too much memory".into())
+                }
                 other => broken(other),
             })?;
             Box::new(decoder)
@@ -172,9 +178,12 @@ impl Raw {
         };
         let (width, height) = decoder.dimensions();
         check_size((width, height))?;
-        if bytes.starts_with(b"\xff\xd8") && !jpeg_is_complete(bytes) {
-            // The decoder silently fills the missing part with gray.
-            return Err(failed("the JPEG file ends before its picture does".into()));
+        if bytes.starts_with(b"\xff\xd8") {
+            // Of what is missing the decoder silently makes gray, at length: each block of 8×8 pixels takes a bit at least.
+            let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+            if 8 * (bytes.len() as u64) < blocks || !jpeg_is_complete(bytes) {
+                return Err(failed("the JPEG file ends before its picture does".into()));
+            }
         }
         let orientation = decoder.orientation().map_err(broken)?;
         let color = decoder.color_type();

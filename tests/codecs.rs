@@ -253,6 +253,44 @@ fn huge_declared_size_is_refused_before_it_is_allocated() {
     assert_eq!(*error, Error::TooLarge { width: 65535, height: 65535, bytes: 4 * 65535 * 65535, limit: 4 << 26 });
 }
 
+/// The chunks of a PNG of this type, together.
+fn chunks(png: &[u8], name: &[u8; 4]) -> Vec<u8> {
+    let (mut found, mut rest) = (Vec::new(), &png[8..]);
+    while let Some((head, tail)) = rest.split_first_chunk::<8>() {
+        let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
+        if head[4..] == name[..] {
+            found.extend_from_slice(&tail[..length]);
+        }
+        rest = &tail[length + 4..];
+    }
+    found
+}
+
+/// 64 MB of zeros in a few kilobytes: more than a picture of this size may take, so it is decoded without its profile.
+#[test]
+fn a_huge_colour_profile_is_left_out() {
+    let zeros = chunks(&png(&vec![0; 8192 * 8192], 8192, 8192, ExtendedColorType::L8), b"IDAT");
+    let mut chunk = b"iCCPname\0\0".to_vec();
+    chunk.extend(&zeros);
+    let mut bytes = png(&[1, 2, 3, 4], 2, 2, ExtendedColorType::L8);
+    let length = (chunk.len() - 4) as u32;
+    let profile = [length.to_be_bytes().to_vec(), chunk.clone(), crc32(&chunk).to_be_bytes().to_vec()].concat();
+    // After the signature and the header.
+    bytes.splice(33..33, profile);
+    assert!(bytes.len() < 1 << 20, "{}", bytes.len());
+    let decoded = decode_image(&bytes, 100_000_000).unwrap();
+    assert_eq!(decoded.data()[..8], [1, 1, 1, 255, 2, 2, 2, 255]);
+}
+
+#[test]
+fn a_jpeg_too_short_for_its_size_is_refused() {
+    let mut bytes = gray_jpeg(&[90; 16 * 16], 16, 16);
+    let header = bytes.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();
+    bytes[header + 5..header + 9].copy_from_slice(&[0x27, 0x10, 0x27, 0x10]);
+    let reason = decode_failure(decode_image(&bytes, NO_LIMIT), &bytes);
+    assert!(reason.contains("ends before its picture"), "{reason}");
+}
+
 #[test]
 fn the_limit_itself_is_allowed() {
     let file = encode_png(picture(10, 10).view()).unwrap();
