@@ -5,6 +5,7 @@ import { systemCode } from "../cases/errors.js";
 import type { PairFiles } from "../cases/case.js";
 import type { Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";
+import { identity } from "./identity.js";
 import { UsageError } from "./usage.js";
 
 /** Paths of the results. */
@@ -150,11 +151,12 @@ function parseReference(flags: Flags, photos: readonly string[]): number | undef
 
 /** Checks that no output overwrites an input or another output. @throws {UsageError} */
 export function checkPaths(outputs: Outputs, inputs: readonly string[]): void {
-  const taken = new Map(inputs.map((path) => [resolve(path), "is an input"]));
+  const taken = new Map(inputs.map((path) => [identity(path), "is an input"]));
   for (const path of outputPaths(outputs)) {
-    const use = taken.get(resolve(path));
+    const file = identity(path);
+    const use = taken.get(file);
     if (use !== undefined) throw new UsageError(`cannot write to ${path}: it ${use}`);
-    taken.set(resolve(path), "is another output");
+    taken.set(file, "is another output");
   }
 }
 

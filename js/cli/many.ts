@@ -6,6 +6,7 @@ import {
   stitchMany,
   version,
   type Options,
+  type Size,
   type StitchManyResult,
 } from "../index.js";
 import type { Outputs, StitchManyCommand } from "./arguments.js";
@@ -35,7 +36,11 @@ export async function stitchManyFiles(
     const json = report(await version(), photos, sizes, options, outputs, result);
     contents.set(outputs.report, jsonBytes(json));
   }
-  return { contents, warnings: warnings(photos, result), summary: summary(outputs, result) };
+  return {
+    contents,
+    warnings: warnings(photos, result),
+    summary: summary(outputs, mosaic, result),
+  };
 }
 
 /** The JSON of `--report`: everything in a result except images. */
@@ -89,7 +94,7 @@ function warnings(files: readonly string[], { photos, warnings }: StitchManyResu
 }
 
 /** The summary in one line. */
-function summary(outputs: Outputs, { mosaic, photos }: StitchManyResult): string {
+function summary(outputs: Outputs, mosaic: Size, { photos }: StitchManyResult): string {
   const used = photos.filter((photo) => photo.used).length;
   return `${outputs.mosaic}: ${mosaic.width}×${mosaic.height}, ${used} of ${photos.length} photos`;
 }

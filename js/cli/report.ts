@@ -1,5 +1,5 @@
 import type { Pair, PairFiles } from "../cases/case.js";
-import type { Model, Options, StitchResult } from "../index.js";
+import type { Model, Options, Size, StitchResult } from "../index.js";
 import type { Outputs } from "./arguments.js";
 
 /** The JSON of `--report`: everything in a result except images. */
@@ -38,8 +38,8 @@ export function report(
 }
 
 /** The summary in one line. PSNR is always given together with coverage. */
-export function summary(outputs: Outputs, result: StitchResult): string {
-  const { mosaic, quality, report: fit } = result;
+export function summary(outputs: Outputs, mosaic: Size, result: StitchResult): string {
+  const { quality, report: fit } = result;
   const agreement =
     `PSNR ${quality.psnrMask.toFixed(2)} dB and SSIM ${quality.ssimMask.toFixed(3)} ` +
     `over ${(100 * quality.coverage).toFixed(0)} % of the reference`;

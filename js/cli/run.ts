@@ -22,7 +22,16 @@ import { UsageError } from "./usage.js";
 const OK = 0;
 const FAILED = 1;
 const USAGE = 2;
-const INTERRUPTED = 130;
+/** Signals that end a program from outside, with the exit codes that shells expect. */
+const SIGNALS = { SIGINT: 130, SIGTERM: 143, SIGHUP: 129 } as const;
+type Signal = keyof typeof SIGNALS;
+
+/** A signal ended the command. */
+class Interrupted extends Error {
+  constructor(readonly signal: Signal) {
+    super(`interrupted by ${signal === "SIGINT" ? "Ctrl-C" : signal}`);
+  }
+}
 
 /** Executes a command line (without `node` and the script) and returns the exit code. */
 export async function run(args: readonly string[]): Promise<number> {
@@ -108,26 +117,33 @@ async function stitchFiles(
     contents.set(outputs.report, jsonBytes(json));
   }
   const warnings = result.report.warnings.map(({ code, message }) => `${code}: ${message}`);
-  return { contents, warnings, summary: summary(outputs, result) };
+  return { contents, warnings, summary: summary(outputs, mosaic, result) };
 }
 
-/** Runs `work` with a signal that the first Ctrl-C aborts; a second one terminates the process. */
+/** Runs `work` until a signal aborts it; a second one terminates the process. */
 async function interruptible(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
   const controller = new AbortController();
-  const interrupt = (): void => controller.abort();
-  process.once("SIGINT", interrupt);
+  const names = Object.keys(SIGNALS) as Signal[];
+  let received: Signal | undefined;
+  const interrupt = (name: Signal): void => {
+    received ??= name;
+    controller.abort();
+  };
+  for (const name of names) process.once(name, interrupt);
   try {
     await work(controller.signal);
+  } catch (error) {
+    throw received ? new Interrupted(received) : error;
   } finally {
-    process.off("SIGINT", interrupt);
+    for (const name of names) process.off(name, interrupt);
   }
 }
 
 /** Prints an error as one line to stderr and returns the exit code. */
 function reportError(error: unknown): number {
-  if (error instanceof Error && error.name === "AbortError") {
-    printError("aborted: interrupted by Ctrl-C");
-    return INTERRUPTED;
+  if (error instanceof Interrupted) {
+    printError(`aborted: ${error.message}`);
+    return SIGNALS[error.signal];
   }
   if (error instanceof UsageError) {
     printError(`usage: ${error.message}`);
@@ -148,6 +164,6 @@ function reportError(error: unknown): number {
   return FAILED;
 }
 
-function printError(text: string): void {
+export function printError(text: string): void {
   process.stderr.write(`depthstitch: ${text.replaceAll(/\s+/g, " ").trim()}\n`);
 }

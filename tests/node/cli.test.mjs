@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { mkdir, mkdtemp, readFile, readdir, rm, symlink, writeFile } from "node:fs/promises";
+import { spawn, spawnSync } from "node:child_process";
+import { closeSync, existsSync, openSync } from "node:fs";
+import { link, mkdir, mkdtemp, readFile, readdir, rm, symlink, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -248,9 +249,9 @@ test("an output that exists survives a failure and is replaced, through a link, 
   assert.equal(failed.code, 1);
   assert.equal(await readFile(precious, "utf8"), "old");
 
-  const link = join(folder, "link.png");
-  await symlink(precious, link);
-  const done = await run([...pair(), ...depths(), "-o", link]);
+  const alias = join(folder, "link.png");
+  await symlink(precious, alias);
+  const done = await run([...pair(), ...depths(), "-o", alias]);
   assert.equal(done.code, 0, done.stderr);
   assert.ok((await decodeImage(await readFile(precious))).width >= WIDTH);
 });
@@ -271,17 +272,62 @@ test("without a matches file the photos are matched", async () => {
   assert.deepEqual(again.fit.matches, report.fit.matches);
 });
 
-test("Ctrl-C stops with 130 and leaves nothing behind", async () => {
-  let interrupted = false;
-  const result = await run([...pair(), ...depths(), "--progress"], (child) => {
-    child.stderr?.on("data", (chunk) => {
-      if (interrupted || !String(chunk).includes("reading")) return;
-      interrupted = true;
-      child.kill("SIGINT");
+for (const [signal, status] of /** @type {const} */ ([
+  ["SIGINT", 130],
+  ["SIGTERM", 143],
+])) {
+  test(`${signal} stops with ${status} and leaves nothing behind`, async () => {
+    let interrupted = false;
+    const result = await run([...pair(), ...depths(), "--progress"], (child) => {
+      child.stderr?.on("data", (chunk) => {
+        if (interrupted || !String(chunk).includes("reading")) return;
+        interrupted = true;
+        child.kill(signal);
+      });
     });
+    assert.ok(interrupted);
+    assert.equal(result.code, status, result.stderr);
+    assert.match(result.stderr, /^depthstitch: aborted: /m);
+    assert.deepEqual(result.files, []);
   });
-  assert.ok(interrupted);
-  assert.equal(result.code, 130, result.stderr);
-  assert.match(result.stderr, /^depthstitch: aborted: /m);
-  assert.deepEqual(result.files, []);
+}
+
+test("an output that is an input, or another output, by another name is refused", async () => {
+  const [target = ""] = pair();
+  const places = await mkdtemp(join(folder, "links-"));
+  await symlink(target, join(places, "link.png"));
+  await link(target, join(places, "hard.png"));
+  await symlink(join(places, "new.png"), join(places, "dangling.png"));
+  await symlink(places, join(folder, "elsewhere"));
+  const at = (/** @type {string} */ name) => join(places, name);
+  for (const [args, line] of /** @type {const} */ ([
+    [["-o", at("link.png")], /link.png: it is an input/],
+    [["-o", at("hard.png")], /hard.png: it is an input/],
+    [["-o", at("new.png"), "--warped", at("dangling.png")], /dangling.png: it is another output/],
+    [
+      ["-o", at("new.png"), "--warped", join(folder, "elsewhere", "new.png")],
+      /new.png: it is another output/,
+    ],
+  ])) {
+    assertFails(await run([...pair(), ...args]), 2, line);
+  }
+});
+
+test("the size that is printed is that of the file", async () => {
+  const { code, stdout, stderr } = await run([...pair(), ...depths(), "--crop", "inner"]);
+  assert.equal(code, 0, stderr);
+  const { width, height } = await decodeImage(await readFile(join(work, "mosaic.png")));
+  assert.ok(stdout.startsWith(`mosaic.png: ${width}×${height}, `), stdout);
+});
+
+const full = existsSync("/dev/full") ? {} : { skip: "this system has no /dev/full" };
+test("a standard output that is full is said in one line", full, () => {
+  const out = openSync("/dev/full", "w");
+  const { status, stderr } = spawnSync(process.execPath, [MAIN, "--help"], {
+    stdio: ["ignore", out, "pipe"],
+    encoding: "utf8",
+  });
+  closeSync(out);
+  assert.equal(status, 1);
+  assert.equal(stderr, "depthstitch: not-writable: standard output (ENOSPC)\n");
 });
