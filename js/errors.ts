@@ -37,7 +37,7 @@ export class StitchError extends Error {
   /** The numbers that caused the error, by name, such as counts of matches or bytes. */
   readonly details: Readonly<Record<string, number>>;
 
-  constructor({ code, stage, message, details }: ErrorRecord, options?: ErrorOptions) {
+  constructor({ code, stage, message, details }: ErrorRecord, options?: { cause?: unknown }) {
     super(message, options);
     this.name = code === "aborted" ? "AbortError" : "StitchError";
     this.code = code;
@@ -61,7 +61,7 @@ export function abortError(signal: AbortSignal): StitchError {
 export function invalid(
   message: string,
   details: Record<string, number> = {},
-  options?: ErrorOptions,
+  options?: { cause?: unknown },
 ): StitchError {
   return new StitchError({ code: "invalid-argument", stage: "input", message, details }, options);
 }

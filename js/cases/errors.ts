@@ -16,7 +16,7 @@ export class FileError extends Error {
   readonly code: FileErrorCode;
   readonly path: string;
 
-  constructor(code: FileErrorCode, path: string, reason: string, options?: ErrorOptions) {
+  constructor(code: FileErrorCode, path: string, reason: string, options?: { cause?: unknown }) {
     super(`${path}: ${reason}`, options);
     this.code = code;
     this.path = path;

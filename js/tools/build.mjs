@@ -1,6 +1,14 @@
 // Builds dist/: the wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
 import { createHash } from "node:crypto";
-import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
 import { homedir } from "node:os";
 import { join } from "node:path";
 import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from "./shared.mjs";
@@ -214,10 +222,24 @@ function buildTypeScript() {
   run(process.execPath, [npmBin("typescript", "tsc"), "-p", root]);
 }
 
+/** Types for TypeScript before 5.7, whose typed arrays have no type parameter. */
+function downlevelTypes() {
+  const old = join(dist, "types-5.6");
+  rmSync(old, { recursive: true, force: true });
+  const files = readdirSync(dist, { recursive: true, encoding: "utf8" });
+  for (const file of files.filter((file) => file.endsWith(".d.ts"))) {
+    if (/^(bench|eval|cli)\b/.test(file)) continue;
+    const text = readFileSync(join(dist, file), "utf8");
+    mkdirSync(join(old, file, ".."), { recursive: true });
+    writeFileSync(join(old, file), text.replace(/(\bU?[A-Z]\w*Array)<ArrayBuffer(Like)?>/g, "$1"));
+  }
+}
+
 export function build() {
   setup();
   for (const module of modules) buildWasm(module);
   buildTypeScript();
+  downlevelTypes();
 }
 
 if (isMain(import.meta.url)) build();

@@ -13,6 +13,8 @@ import {
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { before, test } from "node:test";
+import { checkPackage, createPackageFromTarballData } from "@arethetypeswrong/core";
+import { publint } from "publint";
 import { build, createServer, preview } from "vite";
 import webpack from "webpack";
 import { launch } from "../../js/tools/chromium.mjs";
@@ -36,6 +38,9 @@ function run(command = "", args = [""], cwd = consumer) {
   return stdout;
 }
 
+/** The packed package. */
+let packed = "";
+
 /** What the Node program of the consumer computes from the sample. */
 let expected = "";
 
@@ -43,10 +48,11 @@ before(() => {
   rmSync(folder, { recursive: true, force: true });
   cpSync(join(root, "tests", "packaging", "consumer"), consumer, { recursive: true });
   cpSync(join(root, "target", "sample-small"), join(web, "public"), { recursive: true });
-  const [packed] = JSON.parse(
+  const [made] = JSON.parse(
     run("npm", ["pack", "--json", "--ignore-scripts", "--pack-destination", folder], root),
   );
-  run("npm", ["install", "--offline", "--no-audit", "--no-fund", join(folder, packed.filename)]);
+  packed = made.filename;
+  run("npm", ["install", "--offline", "--no-audit", "--no-fund", join(folder, packed)]);
   expected = run(process.execPath, ["node.mjs"]).trim();
 });
 
@@ -112,31 +118,60 @@ test("the command line starts", () => {
   assert.match(run("npm", ["exec", "--no", "--", "depthstitch", "--help"]), /depthstitch/);
 });
 
-for (const [name, options] of Object.entries({
+const projects = {
   "a bundler's project": {
     module: "ESNext",
     moduleResolution: "bundler",
     lib: ["ES2022", "DOM"],
     types: [],
   },
+  "a bundler's project of 2020": {
+    module: "ESNext",
+    moduleResolution: "bundler",
+    lib: ["ES2020", "DOM"],
+    target: "ES2020",
+    types: [],
+  },
   "a Node project": { module: "NodeNext", lib: ["ES2022"], types: ["node"] },
-})) {
-  test(`its types are sound in ${name}`, () => {
-    const compilerOptions = {
-      ...options,
-      target: "ES2022",
-      strict: true,
-      noUncheckedIndexedAccess: true,
-      exactOptionalPropertyTypes: true,
-      skipLibCheck: false,
-      noEmit: true,
-      typeRoots: [join(root, "node_modules", "@types")],
-    };
-    const config = join(consumer, "tsconfig.json");
-    writeFileSync(config, JSON.stringify({ compilerOptions, files: ["types.ts"] }));
-    run(process.execPath, [npmBin("typescript", "tsc"), "-p", config]);
-  });
+};
+
+for (const version of ["typescript", "typescript-5.6"]) {
+  for (const [name, options] of Object.entries(projects)) {
+    test(`its types are sound in ${name}, by ${version}`, () => {
+      const compilerOptions = {
+        target: "ES2022",
+        ...options,
+        strict: true,
+        noUncheckedIndexedAccess: true,
+        exactOptionalPropertyTypes: true,
+        skipLibCheck: false,
+        noEmit: true,
+        typeRoots: [join(root, "node_modules", "@types")],
+      };
+      // A CommonJS module can import the package's types, and the package when it runs.
+      const files = name === "a Node project" ? ["types.ts", "common.cts"] : ["types.ts"];
+      const config = join(consumer, "tsconfig.json");
+      writeFileSync(config, JSON.stringify({ compilerOptions, files }));
+      run(process.execPath, [npmBin(version, "tsc"), "-p", config]);
+    });
+  }
 }
+
+test("publint and Are the types wrong? find nothing", async () => {
+  const data = readFileSync(join(folder, packed));
+  const tarball = data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
+  const { messages } = await publint({ pack: { tarball }, strict: true });
+  assert.deepEqual(messages, []);
+  const found = await checkPackage(createPackageFromTarballData(new Uint8Array(tarball)));
+  assert.ok(found.types);
+  // The package is for module-aware resolution only; and the .wasm files are for bundlers, which give them types of their own.
+  const problems = found.problems.filter(
+    (problem) =>
+      !("resolutionKind" in problem && /node10|node16-cjs/.test(problem.resolutionKind)) &&
+      !("entrypoint" in problem && problem.entrypoint.endsWith(".wasm")),
+  );
+  assert.deepEqual(problems, []);
+});
 
 /** What the page at `url` computes from the sample, in Chromium. @param {string | undefined} url */
 async function inChromium(url) {

@@ -130,7 +130,7 @@ export async function everyCodec(file: Uint8Array): Promise<codecs.DepthMap> {
   const input: codecs.ImageInput = picture;
   const gray: codecs.GrayInput = { data: new Uint8Array(4), ...size };
   const files = [codecs.encodePng(input), codecs.encodeJpeg(input, 80), codecs.encodeGrayPng(gray)];
-  await Promise.all(files satisfies Promise<Uint8Array<ArrayBuffer>>[]);
+  await Promise.all(files satisfies Promise<Uint8Array>[]);
   return { ...(await codecs.decodeDepth(file)) };
 }
 
