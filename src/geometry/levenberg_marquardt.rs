@@ -24,9 +24,20 @@ impl<const N: usize> NormalEquations<N> {
         self.gradient.axpy(weight * residual, derivatives, 1.0);
         self.matrix.syger(weight, derivatives, derivatives, 1.0);
     }
+}
 
-    /// The step of the equations damped by `damping`, and the reduction of the cost that they predict.
-    fn step(&self, damping: f64) -> Option<(SVector<f64, N>, f64)> {
+impl<const N: usize> Linearised for NormalEquations<N> {
+    type Step = SVector<f64, N>;
+
+    fn cost(&self) -> f64 {
+        self.cost
+    }
+
+    fn initial_damping(&self) -> f64 {
+        DAMPING * self.matrix.diagonal().max()
+    }
+
+    fn step(&self, damping: f64) -> Option<(Self::Step, f64)> {
         let damped = self.matrix + SMatrix::from_diagonal_element(damping);
         let step = damped.cholesky()?.solve(&-self.gradient);
         let predicted = 0.5 * step.dot(&(step * damping - self.gradient));
@@ -34,16 +45,27 @@ impl<const N: usize> NormalEquations<N> {
     }
 }
 
-/// A cost of N unknowns that can be linearised at any state.
-pub(super) trait LeastSquares<const N: usize> {
-    type State: Copy;
-    fn normal_equations(&self, state: &Self::State) -> NormalEquations<N>;
-    fn moved(&self, state: &Self::State, step: &SVector<f64, N>) -> Self::State;
+/// A cost linearised at one state.
+pub(super) trait Linearised {
+    type Step;
+    fn cost(&self) -> f64;
+    fn initial_damping(&self) -> f64;
+    /// The step of the equations damped by `damping`, and the reduction of the cost that they predict; `None` unless they are
+    /// positive definite.
+    fn step(&self, damping: f64) -> Option<(Self::Step, f64)>;
+}
+
+/// A cost that can be linearised at any state.
+pub(super) trait LeastSquares {
+    type State;
+    type Equations: Linearised;
+    fn normal_equations(&self, state: &Self::State) -> Self::Equations;
+    fn moved(&self, state: &Self::State, step: &<Self::Equations as Linearised>::Step) -> Self::State;
 }
 
 /// Minimises from `start`; the state found, never worse, and its cost. Stops when a step reduces the cost by less than the
 /// fraction `tolerance`, or after so many `iterations`.
-pub(super) fn minimise<const N: usize, P: LeastSquares<N>>(
+pub(super) fn minimise<P: LeastSquares>(
     problem: &P,
     start: P::State,
     tolerance: f64,
@@ -51,14 +73,14 @@ pub(super) fn minimise<const N: usize, P: LeastSquares<N>>(
 ) -> (P::State, f64) {
     let mut state = start;
     let mut equations = problem.normal_equations(&state);
-    let (mut damping, mut growth) = (DAMPING * equations.matrix.diagonal().max(), 2.0);
+    let (mut damping, mut growth) = (equations.initial_damping(), 2.0);
     for _ in 0..iterations {
         if let Some((step, predicted)) = equations.step(damping) {
             let moved = problem.moved(&state, &step);
             let next = problem.normal_equations(&moved);
-            let small = |reduction: f64| reduction <= tolerance * equations.cost;
-            if next.cost < equations.cost {
-                let reduction = equations.cost - next.cost;
+            let small = |reduction: f64| reduction <= tolerance * equations.cost();
+            if next.cost() < equations.cost() {
+                let reduction = equations.cost() - next.cost();
                 let converged = small(reduction) && small(predicted);
                 let excess = 2.0 * reduction / predicted - 1.0;
                 damping *= (1.0 - excess * excess * excess).max(1.0 / 3.0);
@@ -76,5 +98,5 @@ pub(super) fn minimise<const N: usize, P: LeastSquares<N>>(
         damping *= growth;
         growth *= 2.0;
     }
-    (state, equations.cost)
+    (state, equations.cost())
 }

@@ -6,6 +6,7 @@
 
 mod anisotropy;
 mod calibrated;
+mod eigen;
 mod epipolar;
 mod estimate;
 mod homography;

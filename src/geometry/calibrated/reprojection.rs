@@ -157,8 +157,9 @@ pub(super) struct Reprojection<'a> {
     pub priors: Priors,
 }
 
-impl LeastSquares<PARAMETERS> for Reprojection<'_> {
+impl LeastSquares for Reprojection<'_> {
     type State = Cameras;
+    type Equations = NormalEquations<PARAMETERS>;
 
     fn normal_equations(&self, cameras: &Cameras) -> NormalEquations<PARAMETERS> {
         let mut equations = NormalEquations::zeros();

@@ -15,8 +15,9 @@ type Entries = SVector<f64, 9>;
 /// The squared Sampson distances of the points.
 struct SampsonDistances<'a>(&'a Points);
 
-impl LeastSquares<9> for SampsonDistances<'_> {
+impl LeastSquares for SampsonDistances<'_> {
     type State = Fundamental;
+    type Equations = NormalEquations<9>;
 
     /// Steps lead along the matrices of rank 2 and norm 1: the gradient is projected onto their tangent space.
     fn normal_equations(&self, Fundamental(f): &Fundamental) -> NormalEquations<9> {

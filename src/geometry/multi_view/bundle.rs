@@ -2,17 +2,14 @@
 //! reprojection errors. The landmarks are eliminated (Schur complement); what is left has six unknowns a photo and is solved
 //! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
-use nalgebra::{Matrix2x3, Matrix3, Vector3};
+use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
-use super::linear::{self, times};
+use super::least_squares::{Equations, huber, times};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::calibrated::small_rotation;
+use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 
-/// Where the robust cost goes from square to linear, in standard deviations.
-const HUBER: f64 = 1.5;
-/// What a landmark costs whose image is behind a camera: as much as one this far off, in pixels.
-const BEHIND: f64 = 50.0;
 /// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as one standard deviation: only
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
@@ -29,41 +26,52 @@ pub(super) enum Freedom {
 }
 
 /// Adjusts the scene; the camera of `root` stays. `focal` is mean and standard deviation of the prior of ln(focal length).
-/// Returns the robust cost.
-pub(super) fn adjust(scene: &mut Scene, root: usize, freedom: Freedom, focal: [f64; 2], iterations: usize) -> f64 {
-    let unknowns = Unknowns::of(scene, root, freedom);
-    let mut equations = Equations::of(scene, &unknowns, focal);
-    let (mut damping, mut growth) = (1e-4, 2.0);
-    for _ in 0..iterations {
-        let Some(step) = equations.step(damping) else {
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e12 {
-                break;
-            }
-            continue;
-        };
-        let moved = unknowns.moved(scene, &step);
-        let next = cost(&moved, focal);
-        if next < equations.cost {
-            let reduction = equations.cost - next;
-            *scene = moved;
-            damping = (damping / 3.0).max(1e-10);
-            growth = 2.0;
-            if reduction <= TOLERANCE * equations.cost {
-                equations.cost = next;
-                break;
-            }
-            equations = Equations::of(scene, &unknowns, focal);
-        } else {
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e12 {
-                break;
+pub(super) fn adjust(scene: &mut Scene, root: usize, freedom: Freedom, focal: [f64; 2], iterations: usize) {
+    let problem = Reprojection { unknowns: Unknowns::of(scene, root, freedom), focal };
+    *scene = minimise(&problem, scene.clone(), TOLERANCE, iterations).0;
+}
+
+/// The robust reprojection errors of a scene.
+struct Reprojection {
+    unknowns: Unknowns,
+    focal: [f64; 2],
+}
+
+impl LeastSquares for Reprojection {
+    type State = Scene;
+    type Equations = SceneEquations;
+
+    fn normal_equations(&self, scene: &Scene) -> SceneEquations {
+        let depths = Vec::with_capacity(scene.landmarks.len());
+        let mut equations = SceneEquations { common: Equations::zeros(self.unknowns.count), depths };
+        for landmark in &scene.landmarks {
+            equations.add_landmark(scene, &self.unknowns, landmark);
+        }
+        let (mean, deviation) = (self.focal[0], self.focal[1]);
+        let (off, weight) = (scene.log_focal - mean, 1.0 / (deviation * deviation));
+        equations.common.cost += 0.5 * weight * off * off;
+        equations.common.gradient[0] += weight * off;
+        equations.common.add(0, 0, weight);
+        equations
+    }
+
+    fn moved(&self, scene: &Scene, step: &Step) -> Scene {
+        let mut moved = scene.clone();
+        moved.log_focal += step.common[0];
+        for (camera, offset) in moved.cameras.iter_mut().zip(&self.unknowns.offsets) {
+            if let (Some(camera), Some(at)) = (camera, *offset) {
+                let three = |at: usize| step.common.fixed_rows::<3>(at).into_owned();
+                camera.rotation = times(&small_rotation(three(at)), &camera.rotation);
+                if self.unknowns.per_photo == 6 {
+                    camera.translation += three(at + 3);
+                }
             }
         }
+        for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
+            landmark.depth += step;
+        }
+        moved
     }
-    equations.cost
 }
 
 /// Which unknown is where.
@@ -87,60 +95,18 @@ impl Unknowns {
         let offsets = scene.cameras.iter().enumerate().map(place).collect();
         Self { offsets, per_photo, count }
     }
-
-    fn moved(&self, scene: &Scene, step: &Step) -> Scene {
-        let mut moved = scene.clone();
-        moved.log_focal += step.common[0];
-        for (camera, offset) in moved.cameras.iter_mut().zip(&self.offsets) {
-            if let (Some(camera), Some(at)) = (camera, *offset) {
-                let three = |at: usize| Vector3::new(step.common[at], step.common[at + 1], step.common[at + 2]);
-                camera.rotation = times(&small_rotation(three(at)), &camera.rotation);
-                if self.per_photo == 6 {
-                    camera.translation += three(at + 3);
-                }
-            }
-        }
-        for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
-            landmark.depth += step;
-        }
-        moved
-    }
 }
 
 /// A step of all unknowns.
 struct Step {
-    common: Vec<f64>,
+    common: DVector<f64>,
     depths: Vec<f64>,
 }
 
-/// Huber's cost of a squared error, and its weight; both in standard deviations.
-fn huber(square: f64, noise: f64) -> (f64, f64) {
-    let square = square / (noise * noise);
-    let error = square.sqrt();
-    let (cost, weight) =
-        if error <= HUBER { (0.5 * square, 1.0) } else { (HUBER * (error - 0.5 * HUBER), HUBER / error) };
-    (cost, weight / (noise * noise))
-}
-
-fn cost(scene: &Scene, focal: [f64; 2]) -> f64 {
-    let mut sum = 0.0;
-    for landmark in &scene.landmarks {
-        let off = (landmark.depth - 1.0) / DEPTH_PRIOR;
-        sum += 0.5 * off * off;
-        for o in &landmark.seen {
-            let square = scene.appearance(landmark, o).map(|a| a.error[0] * a.error[0] + a.error[1] * a.error[1]);
-            sum += huber(square.unwrap_or(BEHIND * BEHIND), scene.noise).0;
-        }
-    }
-    let off = (scene.log_focal - focal[0]) / focal[1];
-    sum + 0.5 * off * off
-}
-
-/// Gauss–Newton: ½ xᵀHx + gᵀx.
-struct Equations {
-    cost: f64,
-    /// Of everything but depth; on the right is the gradient.
-    common: linear::Equations,
+/// The normal equations of a scene.
+struct SceneEquations {
+    /// Of everything but depth.
+    common: Equations,
     depths: Vec<DepthEquation>,
 }
 
@@ -152,72 +118,66 @@ struct DepthEquation {
     mixed: Vec<(usize, f64)>,
 }
 
-impl Equations {
-    fn of(scene: &Scene, unknowns: &Unknowns, focal: [f64; 2]) -> Self {
-        let depths = Vec::with_capacity(scene.landmarks.len());
-        let mut equations = Self { cost: 0.0, common: linear::Equations::zeros(unknowns.count), depths };
-        for landmark in &scene.landmarks {
-            equations.add_landmark(scene, unknowns, landmark);
-        }
-        let (off, weight) = (scene.log_focal - focal[0], 1.0 / (focal[1] * focal[1]));
-        equations.cost += 0.5 * weight * off * off;
-        equations.common.right[0] += weight * off;
-        equations.common.add(0, 0, weight);
-        equations
-    }
-
+impl SceneEquations {
     fn add_landmark(&mut self, scene: &Scene, unknowns: &Unknowns, landmark: &Landmark) {
         let weight = 1.0 / (DEPTH_PRIOR * DEPTH_PRIOR);
         let off = landmark.depth - 1.0;
-        self.cost += 0.5 * weight * off * off;
+        self.common.cost += 0.5 * weight * off * off;
         let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::new() };
         for o in &landmark.seen {
-            let Some(row) = Row::of(scene, unknowns, landmark, o) else {
-                self.cost += huber(BEHIND * BEHIND, scene.noise).0;
-                continue;
-            };
-            let (cost, weight) = huber(row.error[0] * row.error[0] + row.error[1] * row.error[1], scene.noise);
-            self.cost += cost;
+            let row = Row::of(scene, unknowns, landmark, o);
+            let (cost, weight) = huber(row.as_ref().map(|row| row.error), scene.noise);
+            self.common.cost += cost;
+            let Some(row) = row else { continue };
+            let slopes = &row.slopes[..row.count];
+            self.common.add_residual(slopes, row.error, weight);
             for (k, error) in row.error.iter().enumerate() {
-                let slopes = &row.slopes[..row.count];
-                for (a, (at, slopes_a)) in slopes.iter().enumerate() {
-                    let scaled = weight * slopes_a[k];
-                    self.common.right[*at] += scaled * error;
-                    for (other, slopes_b) in &slopes[..=a] {
-                        self.common.add(*at, *other, scaled * slopes_b[k]);
-                    }
-                }
-                depth.square += weight * row.depth[k] * row.depth[k];
-                depth.gradient += weight * row.depth[k] * error;
+                let scaled = weight * row.depth[k];
+                depth.square += scaled * row.depth[k];
+                depth.gradient += scaled * error;
                 if unknowns.per_photo == 6 {
-                    slopes.iter().for_each(|(at, slopes)| depth.add(*at, weight * slopes[k] * row.depth[k]));
+                    slopes.iter().for_each(|(at, slopes)| depth.add(*at, scaled * slopes[k]));
                 }
             }
         }
         self.depths.push(depth);
     }
+}
 
-    /// The step of damped normal equations; `None` if they have no solution.
-    fn step(&self, damping: f64) -> Option<Step> {
-        let mut equations = self.common.clone();
-        equations.damp(damping);
+impl Linearised for SceneEquations {
+    type Step = Step;
+
+    fn cost(&self) -> f64 {
+        self.common.cost
+    }
+
+    fn initial_damping(&self) -> f64 {
+        self.common.initial_damping()
+    }
+
+    fn step(&self, damping: f64) -> Option<(Step, f64)> {
+        let mut reduced = self.common.clone();
+        let amounts = reduced.damp(damping);
         for depth in &self.depths {
             let inverse = 1.0 / (depth.square * (1.0 + damping));
             for (a, (at, value)) in depth.mixed.iter().enumerate() {
-                equations.right[*at] -= value * inverse * depth.gradient;
+                reduced.gradient[*at] -= value * inverse * depth.gradient;
                 for (other, second) in &depth.mixed[..=a] {
-                    equations.add(*at, *other, -value * inverse * second);
+                    reduced.add(*at, *other, -value * inverse * second);
                 }
             }
         }
-        let mut common = equations.solve()?;
-        common.iter_mut().for_each(|v| *v = -*v);
+        let common = reduced.solve()?;
         let of_depth = |depth: &DepthEquation| {
             let mixed: f64 = depth.mixed.iter().map(|(at, value)| value * common[*at]).sum();
             -(depth.gradient + mixed) / (depth.square * (1.0 + damping))
         };
-        let depths = self.depths.iter().map(of_depth).collect();
-        Some(Step { depths, common })
+        let depths: Vec<f64> = self.depths.iter().map(of_depth).collect();
+        let mut predicted = common.dot(&(common.component_mul(&amounts) - &self.common.gradient));
+        for (depth, step) in self.depths.iter().zip(&depths) {
+            predicted += step * (damping * depth.square * step - depth.gradient);
+        }
+        Some((Step { depths, common }, 0.5 * predicted))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::bundle::Freedom;
 use super::growth::{finish, grow};
 use super::homographies::Chain;
-use super::linear::times;
+use super::least_squares::times;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};
 use super::scene::{Camera, Scene};

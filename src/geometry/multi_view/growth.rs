@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 
 use super::Lens;
 use super::bundle::{Freedom, adjust};
-use super::linear::times;
+use super::least_squares::times;
 use super::placing::{Sighting, TOLERANCE, place};
 use super::relative_pose::RelativePose;
 use super::scene::{Camera, Landmark, Scene};

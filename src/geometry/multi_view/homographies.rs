@@ -1,15 +1,13 @@
 //! Chained homographies: each photo's to a root, along the spanning tree and then adjusted together, so that loops close.
 
-use nalgebra::{Matrix2x3, Matrix3, Vector3};
+use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
-use super::linear::{Equations, times};
+use super::least_squares::{Equations, huber, times};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
+use crate::geometry::levenberg_marquardt::{LeastSquares, minimise};
 
-/// Where the robust cost goes from square to linear, in pixels.
-const HUBER: f64 = 1.5;
-/// What a match costs whose image is behind the photo, in pixels.
-const BEHIND: f64 = 50.0;
+/// Most iterations, and where they stop: when a step reduces the cost by less than this fraction.
 const ITERATIONS: usize = 40;
 const TOLERANCE: f64 = 1e-6;
 /// Most matches of a pair that take part.
@@ -93,39 +91,15 @@ impl Chain {
             })
         };
         let offsets: Vec<Option<usize>> = self.to_root.iter().enumerate().map(&mut offset).collect();
-        let problem = Problem { edges, diagonals, offsets, count };
-        if problem.count == 0 {
-            return;
-        }
-        let (mut cost, mut equations) = problem.equations(self);
-        let (mut damping, mut growth) = (1e-4, 2.0);
-        for _ in 0..ITERATIONS {
-            let mut damped = equations.clone();
-            damped.damp(damping);
-            let moved = damped.solve().map(|step| problem.moved(self, &step));
-            if let Some(moved) = moved
-                && let next = problem.cost(&moved)
-                && next < cost
-            {
-                let small = cost - next <= TOLERANCE * cost;
-                *self = moved;
-                (cost, equations) = problem.equations(self);
-                (damping, growth) = ((damping / 3.0f64).max(1e-10), 2.0);
-                if small {
-                    break;
-                }
-            } else {
-                damping *= growth;
-                growth *= 2.0;
-                if damping > 1e12 {
-                    break;
-                }
-            }
+        let problem = TransferErrors { edges, diagonals, offsets, count };
+        if problem.count > 0 {
+            *self = minimise(&problem, self.clone(), TOLERANCE, ITERATIONS).0;
         }
     }
 }
 
-struct Problem<'a> {
+/// The robust transfer errors of all pairs in both directions.
+struct TransferErrors<'a> {
     edges: &'a [Edge],
     diagonals: &'a [f64],
     /// Of each photo's eight unknowns.
@@ -133,59 +107,21 @@ struct Problem<'a> {
     count: usize,
 }
 
-/// Huber's cost of a squared error, and its weight.
-fn huber(square: f64) -> (f64, f64) {
-    let error = square.sqrt();
-    if error <= HUBER { (0.5 * square, 1.0) } else { (HUBER * (error - 0.5 * HUBER), HUBER / error) }
-}
-
-/// What is called with the photos of a transfer, its map, the point and where it should be.
-type Each<'a> = dyn FnMut([usize; 2], &Matrix3<f64>, Vector3<f64>, [f64; 2]) + 'a;
-
-impl Problem<'_> {
-    /// Calls `each` with every transfer of a match.
-    fn transfers(&self, chain: &Chain, each: &mut Each<'_>) {
-        for edge in self.edges {
-            let [a, b] = edge.photos;
-            let (Some(forth), Some(back)) = (chain.between([a, b]), chain.between([b, a])) else { continue };
-            for [from, to] in &edge.matches {
-                each([a, b], &forth, Vector3::new(from[0], from[1], 1.0), *to);
-                each([b, a], &back, Vector3::new(to[0], to[1], 1.0), *from);
-            }
-        }
-    }
-
-    fn cost(&self, chain: &Chain) -> f64 {
-        let mut sum = 0.0;
-        self.transfers(chain, &mut |[_, to], map, point, place| {
+impl TransferErrors<'_> {
+    /// Adds those of matches from one photo to another.
+    fn add(&self, equations: &mut Equations, [from, to]: [usize; 2], map: &Matrix3<f64>, matches: &[[[f64; 2]; 2]]) {
+        for [source, target] in matches {
+            let (point, diagonal) = (Vector3::new(source[0], source[1], 1.0), self.diagonals[to]);
             let p = map * point;
-            let unit = self.diagonals[to];
-            let square = (p[0] / p[2] - place[0]).powi(2) + (p[1] / p[2] - place[1]).powi(2);
-            let square = if p[2] > 0.0 { unit * unit * square } else { BEHIND * BEHIND };
-            sum += huber(square).0;
-        });
-        sum
-    }
-
-    /// The cost, and the equations of a step against the gradient.
-    fn equations(&self, chain: &Chain) -> (f64, Equations) {
-        let (mut cost, mut equations) = (0.0, Equations::zeros(self.count));
-        self.transfers(chain, &mut |[from, to], map, point, place| {
-            let p = map * point;
-            if p[2].is_nan() || p[2] <= 0.0 {
-                cost += huber(BEHIND * BEHIND).0;
-                return;
-            }
-            let scale = self.diagonals[to] / p[2];
-            let error = [0, 1].map(|k| self.diagonals[to] * (p[k] / p[2] - place[k]));
-            let (part, weight) = huber(error[0] * error[0] + error[1] * error[1]);
-            cost += part;
-            let slope = Matrix2x3::new(1.0, 0.0, -p[0] / p[2], 0.0, 1.0, -p[1] / p[2]) * scale;
+            let error = (p[2] > 0.0).then(|| [0, 1].map(|k| diagonal * (p[k] / p[2] - target[k])));
+            let (cost, weight) = huber(error, 1.0);
+            equations.cost += cost;
+            let Some(error) = error else { continue };
+            let slope = Matrix2x3::new(1.0, 0.0, -p[0] / p[2], 0.0, 1.0, -p[1] / p[2]) * (diagonal / p[2]);
             // H ← H (I + Δ) of either photo, but for the last entry of Δ.
             let mut slots: [(usize, [f64; 2]); 16] = [(0, [0.0; 2]); 16];
             let mut used = 0;
-            let ends = [(from, slope * map, point), (to, -slope, p)];
-            for (photo, slope, v) in ends {
+            for (photo, slope, v) in [(from, slope * map, point), (to, -slope, p)] {
                 let Some(at) = self.offsets[photo] else { continue };
                 for i in 0..8 {
                     let (row, column) = (i / 3, i % 3);
@@ -193,23 +129,32 @@ impl Problem<'_> {
                     used += 1;
                 }
             }
-            for (k, error) in error.iter().enumerate() {
-                for (a, (at, slopes)) in slots[..used].iter().enumerate() {
-                    equations.right[*at] += weight * slopes[k] * error;
-                    for (other, second) in &slots[..=a] {
-                        equations.add(*at, *other, weight * slopes[k] * second[k]);
-                    }
-                }
-            }
-        });
-        (cost, equations)
+            equations.add_residual(&slots[..used], error, weight);
+        }
+    }
+}
+
+impl LeastSquares for TransferErrors<'_> {
+    type State = Chain;
+    type Equations = Equations;
+
+    fn normal_equations(&self, chain: &Chain) -> Equations {
+        let mut equations = Equations::zeros(self.count);
+        for edge in self.edges {
+            let [a, b] = edge.photos;
+            let (Some(forth), Some(back)) = (chain.between([a, b]), chain.between([b, a])) else { continue };
+            let reversed: Vec<_> = edge.matches.iter().map(|[from, to]| [*to, *from]).collect();
+            self.add(&mut equations, [a, b], &forth, &edge.matches);
+            self.add(&mut equations, [b, a], &back, &reversed);
+        }
+        equations
     }
 
-    fn moved(&self, chain: &Chain, step: &[f64]) -> Chain {
+    fn moved(&self, chain: &Chain, step: &DVector<f64>) -> Chain {
         let mut moved = chain.clone();
         for (h, offset) in moved.to_root.iter_mut().zip(&self.offsets) {
             if let (Some(h), Some(at)) = (h, *offset) {
-                let delta = Matrix3::from_fn(|r, c| if r + c < 4 { -step[at + 3 * r + c] } else { 0.0 });
+                let delta = Matrix3::from_fn(|r, c| if r + c < 4 { step[at + 3 * r + c] } else { 0.0 });
                 *h = times(h, &(Matrix3::identity() + delta));
                 *h /= h[(2, 2)];
             }

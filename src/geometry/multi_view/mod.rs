@@ -13,7 +13,7 @@ mod bundle;
 mod choice;
 mod growth;
 mod homographies;
-mod linear;
+mod least_squares;
 mod placing;
 mod relative_pose;
 mod rotations;
@@ -26,7 +26,7 @@ pub use scene::Camera;
 
 use nalgebra::{Matrix3, Vector3};
 
-use linear::times;
+use least_squares::times;
 
 use super::{Match, Model, ModelKind};
 use crate::rect::diagonal;

@@ -87,8 +87,9 @@ struct Resection<'a> {
     sightings: &'a [Sighting],
 }
 
-impl LeastSquares<6> for Resection<'_> {
+impl LeastSquares for Resection<'_> {
     type State = Camera;
+    type Equations = NormalEquations<6>;
 
     fn normal_equations(&self, camera: &Camera) -> NormalEquations<6> {
         let mut equations = NormalEquations::zeros();

@@ -3,10 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::bundle::nearest_rotation;
-use super::linear::{eigen, times};
+use super::least_squares::times;
 use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
+use crate::geometry::eigen::eigenpairs;
 use crate::geometry::epipolar::cofactors;
 use crate::statistics::median;
 
@@ -72,7 +73,7 @@ pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option
 /// The four motions of an essential matrix (B. Horn, *Recovering Baseline and Orientation from Essential Matrix*, 1990).
 fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
     // t is what E has no share of; with E = [t]× R the cofactors of E are (t·t) R + [t]× E, [t]× squared being ttᵀ − t·t.
-    let [.., (_, direction)] = eigen(&times(essential, &essential.transpose()));
+    let [.., (_, direction)] = eigenpairs(&times(essential, &essential.transpose()))?;
     let scale = essential.norm() / std::f64::consts::SQRT_2;
     let essential = essential / scale;
     let cofactors = cofactors(&essential);
@@ -88,9 +89,9 @@ fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
 /// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
 /// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
 fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
-    let [_, (middle, _), _] = eigen(&times(&h.transpose(), h));
+    let [_, (middle, _), _] = eigenpairs(&times(&h.transpose(), h))?;
     let h = h / middle.max(0.0).sqrt();
-    let [first, second, third] = eigen(&times(&h.transpose(), &h));
+    let [first, second, third] = eigenpairs(&times(&h.transpose(), &h))?;
     let difference = (first.0 - third.0).max(1e-12).sqrt();
     let (a, b) = ((1.0 - third.0).max(0.0).sqrt() / difference, (first.0 - 1.0).max(0.0).sqrt() / difference);
     let mut found = Vec::new();

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{Equations, times};
+use super::least_squares::{Equations, times};
 use super::relative_pose::RelativePose;
 use crate::geometry::calibrated::small_rotation;
 
@@ -78,7 +78,7 @@ fn improve(rotations: &mut [Option<Matrix3<f64>>], poses: &[RelativePose], root:
             for (photo, sign) in [(numbers[a], -1.0), (numbers[b], 1.0)] {
                 let Some(i) = photo else { continue };
                 axis.add(i, i, weight);
-                axis.right[i] += sign * weight * error;
+                axis.gradient[i] -= sign * weight * error;
             }
             if let (Some(i), Some(j)) = (numbers[a], numbers[b]) {
                 axis.add(i, j, -weight);

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
-use super::linear::times;
+use super::least_squares::times;
 use super::tracks::{Observation, Track};
 use crate::geometry::Model;
 use crate::rect::diagonal;

@@ -6,8 +6,9 @@
 
 use nalgebra::Matrix3;
 
-use super::linear::{eigen, times};
+use super::least_squares::times;
 use super::{Lens, PairLink};
+use crate::geometry::eigen::eigenpairs;
 use crate::geometry::{Model, ModelKind};
 use crate::rect::diagonal;
 
@@ -86,7 +87,8 @@ pub(super) fn essential(model: &Model, [from, to]: [f64; 2]) -> Matrix3<f64> {
 /// How far the two largest singular values, or all three, are from each other, as a share.
 fn spread(m: &Matrix3<f64>, two: bool) -> f64 {
     // The eigenvalues of MᵀM are the squares.
-    let [most, middle, least] = eigen(&times(&m.transpose(), m)).map(|(value, _)| value.max(0.0).sqrt());
+    let Some(pairs) = eigenpairs(&times(&m.transpose(), m)) else { return 1.0 };
+    let [most, middle, least] = pairs.map(|(value, _)| value.max(0.0).sqrt());
     let other = if two { middle } else { least };
     if most > 0.0 { (most - other) / (most + other) } else { 1.0 }
 }

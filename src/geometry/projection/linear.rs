@@ -4,12 +4,10 @@
 //! best h₁ = S⁻¹S_u h₃ and h₂ = S⁻¹S_v h₃, with the moments S = Σmmᵀ, S_u = Σu·mmᵀ, S_v = Σv·mmᵀ. What is left is the
 //! smallest eigenvector of the 4×4 matrix Σ(u²+v²)mmᵀ − S_uS⁻¹S_u − S_vS⁻¹S_v. The homography is the same without d.
 
-use nalgebra::{Matrix4, SMatrix, SVector, SymmetricEigen};
+use nalgebra::{SMatrix, SVector};
 
+use crate::geometry::eigen::eigenpairs;
 use crate::geometry::points::{Point, Points, Projection};
-
-/// Most iterations of the eigenvalue solver, which needs about two per row.
-const ITERATIONS: usize = 100;
 
 /// Fits a projection of N columns to the matches `indices`: 4 with depth (6 matches or more), 3 a homography (4 or more).
 /// The sign of the result is arbitrary.
@@ -35,19 +33,10 @@ pub(super) fn fit<const N: usize>(points: &Points, indices: &[usize], min_pivot:
     }
     let (wu, wv) = (l.solve_lower_triangular(&su)?, l.solve_lower_triangular(&sv)?);
     q -= wu.tr_mul(&wu) + wv.tr_mul(&wv);
-    let h3 = smallest_eigenvector(&q)?;
+    let h3 = eigenpairs(&q)?[N - 1].1;
     let (h1, h2) = (l.tr_solve_lower_triangular(&(wu * h3))?, l.tr_solve_lower_triangular(&(wv * h3))?);
     // From 1, x, y, d to x, y, 1, d.
     const ORDER: [usize; 4] = [1, 2, 0, 3];
     let rows = [h1, h2, h3];
     Some(Projection::from_fn(|r, c| rows[r].get(ORDER[c]).copied().unwrap_or(0.0)))
-}
-
-/// The eigenvector of the smallest eigenvalue of a positive semidefinite matrix of at most four rows.
-fn smallest_eigenvector<const N: usize>(q: &SMatrix<f64, N, N>) -> Option<SVector<f64, N>> {
-    // The rows that are missing get the largest possible eigenvalue.
-    let mut padded = Matrix4::from_diagonal_element(q.trace());
-    padded.fixed_view_mut::<N, N>(0, 0).copy_from(q);
-    let eigen = SymmetricEigen::try_new(padded, f64::EPSILON, ITERATIONS)?;
-    Some(eigen.eigenvectors.column(eigen.eigenvalues.imin()).fixed_rows::<N>(0).into_owned())
 }

@@ -19,8 +19,9 @@ struct TransferErrors<'a> {
     depth: bool,
 }
 
-impl LeastSquares<UNKNOWNS> for TransferErrors<'_> {
+impl LeastSquares for TransferErrors<'_> {
     type State = Projection;
+    type Equations = NormalEquations<UNKNOWNS>;
 
     fn normal_equations(&self, p: &Projection) -> NormalEquations<UNKNOWNS> {
         let mut cost = 0.0;
