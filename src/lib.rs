@@ -46,7 +46,7 @@
 //!
 //! ```
 //! use depthstitch::geometry::Match;
-//! use depthstitch::image::DepthKind;
+//! use depthstitch::inverse_depth::DepthKind;
 //! use depthstitch::pipeline::{Options, stitch};
 //! use depthstitch::{Image, InverseDepth, View};
 //!
@@ -101,6 +101,7 @@ pub mod error;
 pub mod features;
 pub mod geometry;
 pub mod image;
+pub mod inverse_depth;
 mod lanes;
 mod luma;
 pub mod metrics;
@@ -121,5 +122,6 @@ pub mod warp;
 mod wasm;
 
 pub use error::{Error, Result, Stage};
-pub use image::{Image, ImageView, InverseDepth, Mask, View};
+pub use image::{Image, ImageView, Mask};
+pub use inverse_depth::{InverseDepth, View};
 pub use rect::Rect;

@@ -8,7 +8,7 @@ mod scene;
 
 use depthstitch::features::LineSegment;
 use depthstitch::geometry::{Match, Model, homography};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::metrics::{LineBreaks, appearance, bending, broken_lines, seam_shape, visible_steps, voids};
 use depthstitch::mosaic::Mosaic;
 use depthstitch::warp::Warped;

@@ -4,7 +4,7 @@
 mod scene;
 
 use depthstitch::geometry::Threshold;
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::{Image, ImageView, InverseDepth, Mask, Result};
 use scene::{MatchOptions, Photos};

@@ -4,7 +4,7 @@
 use depthstitch::geometry::{
     Calibration, Estimate, EstimateOptions, Frame, Match, Model, ModelKind, RobustFit, Threshold, estimate,
 };
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::{Error, InverseDepth};
 use fingerprint::fingerprint;
 use nalgebra::{Matrix3, Vector3};

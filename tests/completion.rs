@@ -6,7 +6,7 @@ use depthstitch::depth::{
     derive_depth,
 };
 use depthstitch::geometry::{Model, anisotropy};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::{Error, Image, InverseDepth, Mask};
 use nalgebra::{Matrix3, Vector3};
 #[cfg(target_arch = "wasm32")]

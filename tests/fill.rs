@@ -9,7 +9,7 @@ mod fingerprint;
 mod pictures;
 mod scene;
 
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::{BlendOptions, FillGuide, FillMethod, FillOptions, blend, fill};
 use depthstitch::warp::{WarpOptions, warp};
 use depthstitch::{Error, Image, InverseDepth, Mask, Stage};

@@ -9,7 +9,7 @@ mod scene;
 
 use depthstitch::InverseDepth;
 use depthstitch::geometry::Model;
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::FillGuide;
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
 use scene::{MatchOptions, Pair, Photos, gallery};

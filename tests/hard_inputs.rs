@@ -4,7 +4,7 @@
 mod scene;
 
 use depthstitch::geometry::{EstimateOptions, Match, Model, ModelKind};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::{Image, InverseDepth};
 use scene::{MatchOptions, Photos, Random, Scene};

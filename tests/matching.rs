@@ -13,7 +13,7 @@ use depthstitch::features::{
     DetectOptions, Features, Keypoint, MatchGuide, MatchOptions, Pair, match_features, match_guided, matches_of,
 };
 use depthstitch::geometry::{Match, Model};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use nalgebra::{Matrix3, Vector3};
 use scene::Photos;
 use speckle::{SIZE, found, matched, plain, speckle, through, turn};

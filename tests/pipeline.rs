@@ -5,7 +5,7 @@ mod scene;
 
 use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, Threshold, estimate};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::{Options, Stitched, align, stitch};
 use depthstitch::report::Warning;
 use depthstitch::{InverseDepth, Rect};

@@ -9,7 +9,7 @@ use depthstitch::View;
 use depthstitch::depth::{RefineOptions, Refined, refine};
 use depthstitch::error::Stage;
 use depthstitch::geometry::Model;
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::observer::Observer;
 use depthstitch::{Error, Image, InverseDepth};
 use fingerprint::fingerprint;

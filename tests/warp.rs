@@ -6,7 +6,7 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 use depthstitch::View;
 use depthstitch::depth::Holes;
 use depthstitch::geometry::Model;
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::warp::{RELIABLE, WarpMode, WarpOptions, Warped, warp};
 use depthstitch::{Error, Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};

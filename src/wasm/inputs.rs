@@ -6,7 +6,8 @@ use wasm_bindgen::{JsCast, JsValue};
 
 use super::convert::{get, image_from_js, invalid, mask_from_js, size_from_js, whole};
 use crate::geometry::Model;
-use crate::image::{DepthKind, check_len, zeroed};
+use crate::image::{check_len, zeroed};
+use crate::inverse_depth::DepthKind;
 use crate::warp::Warped;
 use crate::{Error, Image, InverseDepth, Mask, Result};
 

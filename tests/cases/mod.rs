@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use depthstitch::View;
 use depthstitch::geometry::{Match, Model};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::{Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use depthstitch::View;
 use depthstitch::geometry::{Match, Model};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::{Image, InverseDepth};
 use fingerprint::fingerprint;

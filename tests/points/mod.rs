@@ -3,7 +3,7 @@
 #![allow(dead_code)]
 
 use depthstitch::geometry::{Estimate, EstimateOptions, Frame, Match, Model, Threshold, estimate};
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::report::Warning;
 use depthstitch::{Error, InverseDepth};
 use nalgebra::{Matrix3, Rotation3, Vector3};

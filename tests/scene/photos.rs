@@ -1,7 +1,7 @@
 //! A rendered pair as the stages take it.
 
 use depthstitch::geometry::Match;
-use depthstitch::image::DepthKind;
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::warp;
 use depthstitch::{Image, InverseDepth};
 
