@@ -53,7 +53,7 @@ impl Kernel {
     }
 }
 
-/// How a picture goes on beyond its border.
+/// How a picture is mirrored beyond its border.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Mirror {
     /// d c b | a b c d | c b a

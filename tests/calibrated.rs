@@ -236,7 +236,7 @@ fn reference_of_another_size() {
 
 #[test]
 fn known_focal_length_is_kept() {
-    // A step without a turn tells nothing of it.
+    // A step without a turn does not constrain it.
     let scene = Scene::new([0.0; 3], [0.3, -0.15, 0.0], 400.0, cloud, 17).disturbed(0.3, 0.2, 18);
     for focal in [300.0, 400.0, 600.0] {
         let options = EstimateOptions { focal: Some(focal), ..with(Calibration::Always) };

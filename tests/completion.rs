@@ -37,7 +37,7 @@ fn completion_leaves_the_inside_and_reproduces_planes() {
     for (found, expected) in found.data().iter().zip(map(size, plane).data()) {
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
-    // What is not a plane stays inside, goes on without a step, and does not grow.
+    // What is not a plane stays inside, is extrapolated without a step, and does not grow.
     let bump =
         |x: f64, y: f64| plane(x, y) + 0.5 * (-((x - 90.0) * (x - 90.0) + (y - 80.0) * (y - 80.0)) / 800.0).exp();
     let bumpy = map(size, |x, y| if model.project(x, y, bump(x, y)).unwrap()[0] < 197.0 { bump(x, y) } else { 7.0 });
@@ -116,7 +116,7 @@ fn a_straight_edge_is_extrapolated_straight() {
     let bent = images.iter().map(|p| ((p[0] - a[0]) * (b[1] - a[1]) - (p[1] - a[1]) * (b[0] - a[0])).abs() / length);
     let bent = bent.fold(0.0, f64::max);
     assert!(bent < 1.0, "{bent}");
-    // Both planes go on to the other side of the photo.
+    // Both planes are extrapolated to the other side of the photo.
     for (x, y) in [(200, 20), (200, 60), (220, 160), (160, 150)] {
         let error = f64::from(found.data()[y * size.0 + x]) - truth(x as f64, y as f64);
         assert!(error.abs() < 0.12, "{x} {y} {error}");
@@ -196,7 +196,7 @@ fn of_two_things_in_one_place_the_nearer_is_seen() {
     let at = |x: usize, y: usize| derived.data()[y * 200 + x];
     assert!((100..140).all(|x| at(x, 70) == 1.0));
     assert!([10, 30, 90, 150].into_iter().all(|x| at(x, 70) == 0.0) && at(120, 20) == 0.0);
-    // The gap is between, and continued from around.
+    // The gap is between, and filled from around.
     assert!((40..80).all(|x| (-0.5..1.0).contains(&at(x, 70))));
     // Nothing of it there.
     let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..model };
@@ -249,7 +249,7 @@ fn far_outside_the_surface_becomes_a_plane_in_which_nothing_leans() {
     };
     let [surface, plane] = [Extrapolation::Surface, Extrapolation::Plane].map(completed);
     let at = |map: &InverseDepth, x: usize, y: usize| f64::from(map.data()[y * size.0 + x]);
-    // Inside both are the scene, beyond the border only the surface goes on.
+    // Inside both are the scene, beyond the border there is only the extrapolated surface.
     for (x, y) in [(300, 50), (300, 250), (350, 280)] {
         let expected = truth(x as f64, y as f64);
         assert!((at(&surface, x, y) - expected).abs() < 0.1 && (at(&plane, x, y) - expected).abs() < 0.1, "{x} {y}");

@@ -135,8 +135,8 @@ fn gain_gamma_and_vignetting_are_undone() {
     let staged = Staged::new(&scene);
     let plain = staged.warped(None);
     let truth = staged.truth(&scene, &plain);
-    let alike = psnr(&staged.blend(&plain, &BlendOptions::default()).image, &truth);
-    println!("no difference: {alike:.2} dB");
+    let uncorrected = psnr(&staged.blend(&plain, &BlendOptions::default()).image, &truth);
+    println!("no difference: {uncorrected:.2} dB");
     for how in [
         Taking { gain: [0.55, 0.5, 0.45], gamma: 1.0, vignetting: 0.0 },
         Taking { gain: [0.6, 0.55, 0.5], gamma: 1.1, vignetting: 0.25 },

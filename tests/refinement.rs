@@ -90,13 +90,13 @@ impl Case {
         [biased(target, &self.forward, pixels), biased(reference, &self.reverse, pixels)]
     }
 
-    fn refined(&self, [target, reference]: &[InverseDepth; 2], spread: f64) -> Refined {
+    fn refined(&self, [target, reference]: &[InverseDepth; 2], deviation: f64) -> Refined {
         refine(
             View { image: self.photos.target.view(), depth: Some(target) },
             View { image: self.photos.reference.view(), depth: Some(reference) },
             &self.forward,
             &self.reverse,
-            [spread; 2],
+            [deviation; 2],
             &RefineOptions::default(),
             &mut (),
         )

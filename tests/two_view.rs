@@ -133,7 +133,7 @@ fn noise_and_outliers_are_tolerated() {
             );
             for ((m, m0), flag) in scene.matches.iter().zip(&exact.matches).zip(&found.geometry.inliers) {
                 let moved = distance(m.reference, m0.reference);
-                // Even along the epipolar line, where only the neighbours tell.
+                // Even along the epipolar line, where only the neighbours constrain it.
                 prop_assert!(moved < 25.0 || !*flag, "{moved}");
                 if *flag && moved < 2.0 {
                     let [x, y] = m.target;

@@ -80,7 +80,7 @@ function report(
 const REASONS: Readonly<Record<string, string>> = {
   "no-matches": "it matches none of the others",
   "other-group": "it matches only photos that do not match the others",
-  "no-pose": "its place among the others could not be told",
+  "no-pose": "its matches do not determine its pose",
   "too-oblique": "it looks too far to the side",
   "not-visible": "nothing of it can be seen from the reference",
 };

@@ -52,7 +52,7 @@ const modules = [
       "--flexible-inline-max-function-size=0",
       // The lowest kilobyte is the last of the stack: no pointer wraps around to it.
       "--low-memory-unused",
-      // What is alike lies together, where gzip sees it.
+      // Similar functions lie together, within gzip's window.
       "--reorder-functions-by-name",
     ],
   },
@@ -70,7 +70,7 @@ const modules = [
   },
 ];
 
-/** Panic messages name source files: they shall not tell where the builder keeps them. */
+/** Panic messages name source files: they must not reveal where the builder keeps them. */
 const cargoHome = process.env.CARGO_HOME ?? join(homedir(), ".cargo");
 // Flags are separated by spaces.
 const remap = cargoHome.includes(" ") ? [] : [`--remap-path-prefix=${cargoHome}=cargo`];

@@ -231,7 +231,7 @@ impl<'a> KnownDepth<'a> {
         let ((w, h), values) = (self.depth.size(), self.depth.data());
         let mut filled = surface.dense((w, h))?;
         if options.keep_reliable {
-            let details = Level::of(w, &filled, values)?.continued(0.5 * REACH * diagonal((w, h)))?;
+            let details = Level::of(w, &filled, values)?.extrapolated(0.5 * REACH * diagonal((w, h)))?;
             for (y, (row, known)) in filled.chunks_exact_mut(w).zip(values.chunks_exact(w)).enumerate() {
                 for (x, (filled, &known)) in row.iter_mut().zip(known).enumerate() {
                     *filled = if known.is_nan() { *filled + details.above(x, y) } else { known };

@@ -24,7 +24,7 @@ const MOST: f32 = 10.0;
 /// What happens away from the samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kernel {
-    /// Within so many diagonals all samples are alike.
+    /// Within so many diagonals all samples have the same weight.
     pub near: f32,
     /// Holds the slopes of the local planes where their samples do not, in squared diagonals.
     pub ridge: f32,

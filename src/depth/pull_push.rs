@@ -34,9 +34,9 @@ impl Level {
 
     /// Mean deviations where there are any, those of coarser levels where there are few, 0 where the level whose cells
     /// are `reach` wide has none.
-    pub fn continued(self, reach: f64) -> Result<Self> {
+    pub fn extrapolated(self, reach: f64) -> Result<Self> {
         let coarser = if reach > 1.0 && self.width.min(self.height) > 1 {
-            Some(self.half()?.continued(0.5 * reach)?)
+            Some(self.half()?.extrapolated(0.5 * reach)?)
         } else {
             None
         };

@@ -72,7 +72,7 @@ pub(crate) fn dense(
     image: ImageView<'_>,
     observer: &mut dyn Observer,
 ) -> Result<(InverseDepth, f64)> {
-    // All points are localised alike, so a depth is the better known the more it moves its point.
+    // All points are localised equally well, so a depth is the better known the more it moves its point.
     let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
     let mut samples: Vec<Sample> = ends
         .iter()

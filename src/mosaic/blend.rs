@@ -85,7 +85,7 @@ pub struct Mosaic {
     pub image: Image,
     /// Pixels inside the warped target's footprint that neither photo covers.
     pub voids: Mask,
-    /// Which photo shows: 0 none, 1 the target, 2 the reference, 3 both alike.
+    /// Which photo shows: 0 none, 1 the target, 2 the reference, 3 both averaged.
     pub seam: Mask,
     /// What the target's red, green and blue were multiplied by in linear light, on average over the overlap.
     pub gains: [f64; 3],

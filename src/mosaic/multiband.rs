@@ -2,7 +2,7 @@
 //!
 //! After P. Burt and E. Adelson, *A Multiresolution Spline with Application to Image Mosaics*, ACM Trans. Graph. 2 (1983).
 //! Their mosaic Σ M·L(A) + (1 − M)·L(B), a sum over the bands of two pyramids, is B + Σ M·L(A − B): only the
-//! photos' difference needs a pyramid, and that is known just where both are valid and continued smoothly elsewhere.
+//! photos' difference needs a pyramid, and that is known just where both are valid and extrapolated smoothly elsewhere.
 //! So no border of either photo gets into a band, and nothing can shine through a void.
 
 use std::ops::Range;

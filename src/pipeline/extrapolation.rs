@@ -1,5 +1,5 @@
 //! How to show what only the target shows. Nothing measures depth there, so what counts is that it looks natural: the same
-//! surface goes on, or becomes a plane, or a homography takes the place of both photos' depth: whichever is predicted to look best.
+//! surface is extrapolated as it is, or becomes a plane, or a homography takes the place of both photos' depth: whichever is predicted to look best.
 
 use super::models::{fit_homography, if_possible};
 use super::options::Options;

@@ -151,7 +151,7 @@ fn alignment(geometry: Estimate, depth: [Option<Cow<'_, InverseDepth>>; 2]) -> A
 
 impl Alignment<'_> {
     /// Whether both depth maps explain the inliers' parallax. The inliers are those of the forward model; where the
-    /// reverse model misses many of them, the reference's map tells another story.
+    /// reverse model misses many of them, the reference's map contradicts it.
     fn maps_fit(&self, matches: &[Match]) -> bool {
         if self.geometry.kind == ModelKind::Homography {
             return false;

@@ -437,7 +437,7 @@ export type PhotoCode =
   | "no-matches"
   /** It matches others, but not the largest group of photos that match each other. */
   | "other-group"
-  /** It matches others, but not so that its place could be told. */
+  /** It matches others, but they do not determine its pose. */
   | "no-pose"
   /** It looks so far to the side of the reference that it would be stretched out of shape. */
   | "too-oblique"

@@ -331,7 +331,7 @@ test("uninformative depth maps are ignored with a warning", async () => {
     [undefined, inputs.referenceDepth, "homography", "no-depth", "homography"],
   ])) {
     const depths = { targetDepth, referenceDepth, outputDepth: true };
-    // Refinement may go on to a homography that looks more natural.
+    // Refinement may end in a homography that looks more natural.
     const options = any({ ...inputs, ...depths, withoutDepth, refinement: "none" });
     const found = await stitch(target, reference, options);
     assert.equal(found.report.model, model, code);

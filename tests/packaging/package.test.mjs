@@ -110,8 +110,8 @@ test("without the peer packages of networks, the error names the package", (t) =
   const [transformers, onnx] = ["@huggingface/transformers", "onnxruntime-web"].map(
     (name) => `model-load-failed npm install ${name}\n`,
   );
-  const told = run(process.execPath, ["--input-type=module", "-e", program], alone);
-  assert.equal(told, `${transformers}${onnx}${onnx}`);
+  const output = run(process.execPath, ["--input-type=module", "-e", program], alone);
+  assert.equal(output, `${transformers}${onnx}${onnx}`);
 });
 
 test("the command line starts", () => {

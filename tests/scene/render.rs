@@ -167,8 +167,8 @@ impl Scene {
         let start = point + hit.normal * 1e-4;
         let near = hit.t < 25.0;
 
-        let spread = [-0.02, 0.0, 0.02];
-        let towards = self.sun + V::new(spread[sample % 3], 0.0, spread[sample / 3 % 3]);
+        let offsets = [-0.02, 0.0, 0.02];
+        let towards = self.sun + V::new(offsets[sample % 3], 0.0, offsets[sample / 3 % 3]);
         let facing = hit.normal.dot(&self.sun).max(0.0);
         let lit = facing > 0.0 && !(near && self.blocked(&Ray::new(start, towards)));
         let sun = if lit { V::new(1.55, 1.27, 0.93) * facing } else { V::zeros() };

@@ -79,7 +79,7 @@ impl Shape {
                     return None;
                 }
                 let centre = |x: f64| first + pitch * ((x - first) / pitch).round().clamp(0.0, f64::from(count - 1));
-                let solid = |p: V| {
+                let outside_arch = |p: V| {
                     let (dx, dy) = (p.x - centre(p.x), p.y - max.y);
                     dx * dx + dy * dy >= radius * radius
                 };
@@ -95,7 +95,7 @@ impl Shape {
                     let t = (face - o[axis]) / d[axis];
                     let p = ray.at(t);
                     let on_face = (0..3).all(|i| i == axis || (p[i] >= min[i] && p[i] <= max[i]));
-                    if on_face && solid(p) {
+                    if on_face && outside_arch(p) {
                         let mut normal = V::zeros();
                         normal[axis] = -d[axis].signum();
                         offer(t, normal);

@@ -109,7 +109,7 @@ interface Difference {
 function difference(patch: Patch, to: Plane, u: number, v: number, out: Difference): number {
   const { values, gx, gy } = patch;
   const { data, width, height } = to;
-  // Not farther out than a patch: the border's values go on there.
+  // Not farther out than a patch: the border's values are repeated there.
   const px = Math.min(Math.max(patch.x + u, 1 - PATCH), width - 1);
   const py = Math.min(Math.max(patch.y + v, 1 - PATCH), height - 1);
   const x0 = Math.floor(px);

@@ -76,7 +76,7 @@ pub(super) struct CostRows<'a> {
 struct Rays([[i32x4; 4]; 4]);
 
 impl Rays {
-    /// Sets pixel `i`, whose labels start at `first`, and tells which of them lie beyond the first or the last pixel of the
+    /// Sets pixel `i`, whose labels start at `first`, and returns which of them lie beyond the first or the last pixel of the
     /// other photo, one to a bit.
     #[inline(always)]
     fn set(&mut self, i: usize, line: &EpipolarLine, first: f32, every: i32, most: [i32; 2]) -> u16 {

@@ -197,8 +197,8 @@ impl<'a> Side<'a> {
         self.pyramid.first().map_or(0, |photo| photo.width * photo.height)
     }
 
-    /// The corrections of the level above, upsampled to `level`: of the four nearest pixels that of the one whose gray value
-    /// is most alike. 0 when that level was not searched.
+    /// The corrections of the level above, upsampled to `level`: of the four nearest pixels that of the one with the most
+    /// similar gray value. 0 when that level was not searched.
     fn shifts_at(&self, level: usize) -> Result<Vec<f32>> {
         let own = &self.pyramid[level];
         let mut shifts = zeroed(own.width * own.height)?;

@@ -128,7 +128,7 @@ impl Mesh {
                 colours.push(mean_colour(photo, corner, side).map(f64::from));
             }
         }
-        let alike = |points: &[[usize; 2]]| {
+        let similarity = |points: &[[usize; 2]]| {
             let mut least: f64 = 1.0;
             for (k, a) in points.iter().enumerate() {
                 for b in &points[..k] {
@@ -151,17 +151,17 @@ impl Mesh {
                 for step in [[1, 0], [0, 1]] {
                     let points = [0, 1, 2].map(|k| [x + k * step[0], y + k * step[1]]);
                     if points[1][0] < self.columns && points[1][1] < self.rows {
-                        push(&points[..2], [-1.0, 1.0, 0.0, 0.0], BACKGROUND[0] * alike(&points[..2]));
+                        push(&points[..2], [-1.0, 1.0, 0.0, 0.0], BACKGROUND[0] * similarity(&points[..2]));
                     }
                     if points[2][0] < self.columns && points[2][1] < self.rows {
                         // Those on both sides belong together when neither differs from the one between.
-                        let weight = alike(&points[..2]).min(alike(&points[1..]));
+                        let weight = similarity(&points[..2]).min(similarity(&points[1..]));
                         push(&points, [1.0, -2.0, 1.0, 0.0], weight);
                     }
                 }
                 if x + 1 < self.columns && y + 1 < self.rows {
                     let points = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
-                    push(&points, [1.0, -1.0, -1.0, 1.0], 2.0 * alike(&points));
+                    push(&points, [1.0, -1.0, -1.0, 1.0], 2.0 * similarity(&points));
                 }
             }
         }

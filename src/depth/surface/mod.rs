@@ -21,7 +21,7 @@ use mesh::{Mesh, Term};
 const PASSES: usize = 10;
 const ROBUST: usize = 7;
 
-/// How inverse depth goes on where only this photo shows.
+/// How inverse depth is extrapolated where only this photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Extrapolation {
     /// As it is at the border: nearest to the truth, but an error there grows with the distance.
@@ -37,7 +37,7 @@ pub struct SurfaceShape {
     /// How much less it bends than by default, which is 1: a stiffer one gives up what is nearer or farther than the things
     /// around it rather than distort them.
     pub stiffness: f64,
-    /// How depth goes on outside of the other photo.
+    /// How depth is extrapolated outside of the other photo.
     pub extrapolation: Extrapolation,
 }
 

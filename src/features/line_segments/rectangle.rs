@@ -1,4 +1,4 @@
-//! Rectangles, and the number of false alarms that tells whether one is a line segment (sections 2.7 and 2.8 of the paper).
+//! Rectangles, and the number of false alarms that decides whether one is a line segment (sections 2.7 and 2.8 of the paper).
 
 use std::f64::consts::{LN_10, PI};
 
@@ -29,7 +29,7 @@ impl Rectangle {
         (x * x + y * y).sqrt().max(1.0)
     }
 
-    /// A step of a variation; `None` where it cannot go on.
+    /// A step of a variation; `None` where there is none left.
     fn varied(&self, variation: Variation) -> Option<Self> {
         match variation {
             Variation::Finer => Some(Self { probability: 0.5 * self.probability, ..*self }),

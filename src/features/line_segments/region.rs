@@ -82,7 +82,7 @@ impl<'a> Grower<'a> {
         self.direction = [dx, dy];
     }
 
-    /// Grows the region anew with the spread of directions near its seed as tolerance: what is bent falls apart.
+    /// Grows the region anew with the standard deviation of directions near its seed as tolerance: bent ones fall apart.
     fn grow_straighter(&mut self, seed: [u32; 2], rectangle: &Rectangle) {
         let [u, v] = self.lines.directions[self.index(seed)].map(f64::from);
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);

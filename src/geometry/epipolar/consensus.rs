@@ -89,7 +89,7 @@ pub(super) fn search(
     Some(Epipolar { trials: found.trials, ..refined })
 }
 
-/// Refines down to the threshold that the inliers' own standard deviation tells.
+/// Refines down to the threshold that the inliers' own standard deviation implies.
 ///
 /// Lens distortion moves points far from the centre off the epipolar lines that suit all others best. So refinement may also
 /// start from a wider threshold; if that adds half as many inliers again as a minimal sample, all within the widest

@@ -66,9 +66,9 @@ pub(super) fn grow(
     Some(scene)
 }
 
-/// Bundle adjustment until the landmarks that belong are settled.
+/// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance.
 pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) {
-    // Rotations alone are a first guess of everything.
+    // Rotations alone are a coarse initial estimate.
     let first = if freedom == Freedom::Poses { LOOSE } else { 10.0 * LOOSE };
     for tolerance in [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE] {
         scene.triangulate(tracks, tolerance);

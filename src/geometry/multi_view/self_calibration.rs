@@ -1,8 +1,8 @@
-//! The focal length that the pairs of photos tell, before any camera is known.
+//! Self-calibration: the focal length from the pairs of photos, before any camera is known.
 //!
 //! With the right one, the essential matrix of a pair has two equal singular values (Mendonça & Cipolla 1999), and the
-//! homography of a pair that only turned is a rotation. Either tells little in some pairs, and is wrong in others: a weak prior
-//! and a bounded cost make one number of all.
+//! homography of a pair that only turned is a rotation. Either hardly constrains it in some pairs, and is wrong in others: hence a weak
+//! prior, and a bounded cost of each pair.
 
 use nalgebra::Matrix3;
 
@@ -20,8 +20,8 @@ const KNOWN_FOCAL: f64 = 0.02;
 /// Shortest and longest focal length that is tried, in diagonals, and how many.
 const RANGE: [f64; 2] = [0.3, 3.0];
 const STEPS: u32 = 60;
-/// How far from equal singular values may be, as a share, by noise alone.
-const SPREAD: f64 = 0.02;
+/// Standard deviation of the relative difference of singular values that should be equal.
+const GAP: f64 = 0.02;
 /// The most that a pair counts, in standard deviations, squared.
 const CAP: f64 = 9.0;
 
@@ -57,10 +57,10 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
                 ModelKind::TwoView => essential(model, [f; 2]),
                 _ => calibrated(&model.h, [f; 2]),
             };
-            let spread = spread(&matrix, link.kind == ModelKind::TwoView) / SPREAD;
+            let gap = singular_value_gap(&matrix, link.kind == ModelKind::TwoView) / GAP;
             // Two pairs' worth of evidence is worth as much as the prior, whatever the number of pairs.
             let weight = 2.0 * (link.matches.len() as f64).sqrt() * models.len() as f64 / total;
-            cost += weight * spread * spread / (1.0 + spread * spread / CAP);
+            cost += weight * gap * gap / (1.0 + gap * gap / CAP);
         }
         if cost < best.0 {
             best = (cost, f);
@@ -84,8 +84,8 @@ pub(super) fn essential(model: &Model, [from, to]: [f64; 2]) -> Matrix3<f64> {
     calibrated(&times(&model.e.cross_matrix(), &model.h), [from, 1.0 / to])
 }
 
-/// How far the two largest singular values, or all three, are from each other, as a share.
-fn spread(m: &Matrix3<f64>, two: bool) -> f64 {
+/// The relative difference of the two largest singular values, or of the largest and the smallest.
+fn singular_value_gap(m: &Matrix3<f64>, two: bool) -> f64 {
     // The eigenvalues of MᵀM are the squares.
     let Some(pairs) = eigenpairs(&times(&m.transpose(), m)) else { return 1.0 };
     let [most, middle, least] = pairs.map(|(value, _)| value.max(0.0).sqrt());

@@ -16,7 +16,7 @@ use super::ransac::score::{Residual, count, squared_errors};
 /// before explain: otherwise it lies in one spot, on one line or on one plane of depth, and determines nothing. Between
 /// rounding (1e-15) and the closest samples of real matches.
 const SAMPLE_VARIANCE: f64 = 1e-6;
-/// The same for a fit to many matches, where only rounding must be told from variance.
+/// The same for a fit to many matches, where variance need only exceed rounding errors.
 const FIT_VARIANCE: f64 = 1e-10;
 
 /// Where non-linear least squares stop while the inliers still change, and in the end.

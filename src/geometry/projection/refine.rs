@@ -1,4 +1,4 @@
-//! Least squares on the transfer error (paper, equation 9), for the homography and the depth model alike.
+//! Least squares on the transfer error (paper, equation 9), for both the homography and the depth model.
 
 use nalgebra::{Matrix3x4, Matrix4, SMatrix, SVector, Vector4};
 

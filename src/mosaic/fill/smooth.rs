@@ -30,7 +30,7 @@ const VOID: u32 = u32::MAX;
 const UNSEEN: u32 = u32::MAX - 1;
 
 /// Fills the pixels `voids`, counted row by row, from their borders inwards; what `unknown` marks, which they are part of,
-/// tells nothing about them. `bounds` is around them all. On an error `image` is untouched.
+/// carries no information about them. `bounds` is around them all. On an error `image` is untouched.
 pub(super) fn fill(
     image: &mut Image,
     voids: &[usize],

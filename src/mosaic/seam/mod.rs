@@ -39,7 +39,7 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
     Ok(mask)
 }
 
-/// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if they are alike.
+/// Gives every pixel that both photos cover to the one whose border is farther away; the reference's if both are equally far.
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
     let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;

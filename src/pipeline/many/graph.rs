@@ -12,7 +12,7 @@ const CANDIDATES: usize = 8;
 /// Most features of a photo that are matched: the work grows with their square, and tracks through several photos make up for
 /// what a pair lacks.
 const FEATURES: usize = 5000;
-/// The strongest features of each photo tell which others it may overlap.
+/// The strongest features of each photo are matched first, to find the others that it may overlap.
 const STRONGEST: usize = 400;
 /// Fewer inliers say nothing about a pair, though they may be more than chance.
 pub(super) const FEWEST: usize = 20;

@@ -55,7 +55,7 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let label = |photo: usize| (photo + 1) as u8;
     let image = photos[*reference].image;
-    // Only exemplar filling uses depth, to tell background from foreground.
+    // Only exemplar filling uses depth, to distinguish background from foreground.
     let guided = stages.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
     let depth = alignment.depth(*reference).filter(|_| guided);
     let mut composition = Composition::of(image, depth, label(*reference))?;

@@ -24,7 +24,7 @@ pub enum PhotoCode {
     NoMatches,
     /// It matches others, but not the largest group of photos that match each other.
     OtherGroup,
-    /// It matches others, but not so that its place could be told.
+    /// It matches others, but they do not determine its pose.
     NoPose,
     /// It looks so far to the side of the reference that it would be stretched out of shape.
     TooOblique,

@@ -24,7 +24,7 @@ async function photo(url) {
 }
 
 /** What is left of an error between threads and processes. @param {any} error */
-const told = ({ name, code, stage, message }) => ({ error: { name, code, stage, message } });
+const asRejection = ({ name, code, stage, message }) => ({ error: { name, code, stage, message } });
 
 export const calls = {
   /** @param {{ left: number[], right: number[], options: any }} args */
@@ -85,4 +85,4 @@ export const calls = {
 };
 
 /** @param {keyof typeof calls} name @param {any} args */
-export const run = (name, args) => calls[name](args).catch(told);
+export const run = (name, args) => calls[name](args).catch(asRejection);

@@ -4,7 +4,7 @@
 //! sources vote on the voids' colours (Y. Wexler, E. Shechtman, M. Irani, *Space-Time Completion of Video*, PAMI 2007). The
 //! search is PatchMatch
 //! (C. Barnes et al., *PatchMatch: A Randomized Correspondence Algorithm for Structural Image Editing*, 2009). What
-//! inverse depth tells to be nearer than the background of a void is neither compared with nor copied.
+//! inverse depth shows to be nearer than the background of a void is neither compared with nor copied.
 
 mod background;
 mod level;
