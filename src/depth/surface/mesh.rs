@@ -23,7 +23,7 @@ const BACKGROUND: [f64; 2] = [3e-3, 1e-6];
 /// The same of values far outside the other photo, and less before, so that both photos still agree near the border. Tuned on the
 /// evaluation cases: at 0.001 things still lean, at 0.01 they are squeezed.
 const FAR_OUTSIDE: f64 = 0.004;
-/// How far that is, as a share of the other photo's diagonal.
+/// How far that is, as a share of the other photo's diagonal: half bends the outside 8 % less, twice 12 % more.
 const FAR: f64 = 0.08;
 
 /// Vertices at regular distances.

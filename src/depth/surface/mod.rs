@@ -56,7 +56,7 @@ pub(crate) struct OtherView<'a> {
     pub size: (usize, usize),
 }
 
-/// What lies closer to the other photo's border than this, in its pixels, was matched badly.
+/// What lies closer to the other photo's border than this, in its pixels, was matched badly. Half and twice change PSNR by 0.1 %.
 const MARGIN: f64 = 3.0;
 
 impl OtherView<'_> {
