@@ -256,7 +256,7 @@ test("reads depth from PNG, .npy and .pfm to the same result", async () => {
     await settled(page);
     assert.match(await said(page, "targetDepth", "size"), /float/);
     await stitchAgain(page);
-    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /cached/);
+    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /reused/);
     assertSame(await savedPicture(page), first);
   }
   await close();

@@ -90,7 +90,7 @@ test("two-view depth first, then depth by a network, which is fetched once", asy
   await page.locator("#depth-estimate").click();
   await idle(page);
   assert.equal(asked.length, count, "neither network nor depth is fetched or made again");
-  assert.match((await page.locator("#status").textContent()) ?? "", /cached/);
+  assert.match((await page.locator("#status").textContent()) ?? "", /reused/);
   await page.check('input[name="depth-source"][value="photos"]');
   await stitchAgain(page);
   assertSame(await savedPicture(page), first);

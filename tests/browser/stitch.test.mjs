@@ -122,7 +122,7 @@ test("what was computed once is not computed again", async () => {
   assert.notDeepEqual(Buffer.from(average.data.buffer), Buffer.from(first.data.buffer));
   await page.selectOption("#option-blending", "multiband");
   await stitchAgain(page);
-  assert.match((await page.locator("#status").textContent()) ?? "", /cached result/);
+  assert.match((await page.locator("#status").textContent()) ?? "", /reused the earlier result/);
   assertSame(await savedPicture(page), first);
   await close();
 });

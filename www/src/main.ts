@@ -10,6 +10,7 @@ import { bindRun, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
 import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
 import { errorMessage } from "./text/errors.js";
+import { bindUndo, snapshot } from "./undo.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
@@ -21,6 +22,7 @@ async function start(): Promise<void> {
   bindDrop(loader);
   bindPaste(loader);
   bindPhase(store);
+  bindUndo(store);
   bindProgress(store);
   bindRun(store, runner);
   bindHead(store, loader, runner);
@@ -32,22 +34,31 @@ async function start(): Promise<void> {
     if (new URLSearchParams(location.search).has("sample")) void loader.loadSample(sampleFolder);
     // Settings and results are loaded with the first photo.
     await new Promise<void>((resolve) =>
-      store.subscribe(({ loading, slots }) => {
-        if (loading.size > 0 || slots.target || slots.reference) resolve();
+      store.subscribe(({ loading, slots, set }) => {
+        if (loading.size > 0 || slots.target || slots.reference || set) resolve();
       }),
     );
-    const { bindPanels } = await import("./panels/bind-all.js");
-    bindPanels(store, loader, runner, defaults, packageVersion);
+    const [{ bindPanels }, sets] = await Promise.all([
+      import("./panels/bind-all.js"),
+      loader.sets(),
+    ]);
+    bindPanels(store, loader, runner, defaults, packageVersion, sets);
   } catch (error) {
     store.set({ status: "Not ready", message: errorMessage(error) });
   }
 }
 
-/** The page starts with the photos only; once both are loaded, results and settings are shown. */
+/**
+ * The page starts with the photos only; once there are two or more, results and settings are shown: those of two photos
+ * (`pair`) or of more (`many`).
+ */
 function bindPhase(store: Store): void {
-  store.subscribe(({ slots, outcome }) => {
-    const working = outcome !== null || (slots.target !== null && slots.reference !== null);
-    document.body.dataset["phase"] = working ? "work" : "start";
+  const { dataset } = document.body;
+  store.subscribe(({ slots, set, outcome }) => {
+    const complete = set !== null || (slots.target !== null && slots.reference !== null);
+    dataset["phase"] = outcome !== null || complete ? "work" : "start";
+    dataset["photos"] = set ? "many" : "pair";
+    dataset["result"] = outcome?.kind ?? (set ? "many" : "pair");
   });
 }
 
@@ -58,14 +69,17 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
     onClick(byId(id, HTMLButtonElement), () => void loader.loadSample(sampleFolder));
   }
   onClick(byId("clear-inputs", HTMLButtonElement), () => {
+    const before = snapshot(store.state);
     runner.cancel();
     loader.clear(slotNames);
     const { settings } = store.state;
     const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;
+    const undo = { label: "Undo", run: () => store.set(before) };
     store.set({
       ...initialState,
       slots: noSlots,
       settings: { ...settings, depthSource, depth: initialState.settings.depth },
+      undo: { text: "Photos and result were removed.", choices: [undo] },
     });
     byId("target-file", HTMLInputElement).focus();
   });

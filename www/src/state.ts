@@ -1,4 +1,5 @@
-import type { Options, Progress, StitchResult } from "depthstitch";
+import type { Options, Progress, StitchManyResult, StitchResult } from "depthstitch";
+import type { PhotoSet, SetPhoto } from "./many/photo-set.js";
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { DepthMap, Photo } from "./image-worker/contents.js";
@@ -80,8 +81,9 @@ export interface Message {
   readonly advice: string;
 }
 
-/** A result with its inputs. It is shown until the next one is available. */
+/** A result of two photos with its inputs. */
 export interface Outcome {
+  readonly kind: "pair";
   readonly result: StitchResult;
   /** The mosaic as shown and saved: that of the result, or with voids inpainted by a network. */
   readonly mosaic: StitchResult["mosaic"];
@@ -92,16 +94,39 @@ export interface Outcome {
   readonly elapsed: number;
 }
 
+/** A result of three photos or more with its inputs. */
+export interface ManyOutcome {
+  readonly kind: "many";
+  readonly result: StitchManyResult;
+  /** The mosaic as shown and saved, as of two photos. */
+  readonly mosaic: StitchManyResult["mosaic"];
+  /** Those that were stitched, in the order of the result. */
+  readonly photos: readonly SetPhoto[];
+  readonly set: PhotoSet;
+  readonly settings: Settings;
+  readonly elapsed: number;
+}
+
 /** The task in progress: a stage of the core, or a network. */
 export interface Running {
   readonly stage: Progress["stage"] | "model-depth" | "model-fill";
   readonly fraction: number;
   /** Status text, if different from that of the stage. */
   readonly text?: string;
+  /** What it is at within the stage: too frequent to be announced. */
+  readonly detail?: string;
+}
+
+/** The way back from something that the user may not have meant, or another one. */
+export interface Undo {
+  readonly text: string;
+  readonly choices: readonly { readonly label: string; run(): void }[];
 }
 
 export interface State {
   readonly slots: Slots;
+  /** Three photos or more, in place of those in the slots. */
+  readonly set: PhotoSet | null;
   /** Why the last file of a slot was rejected. */
   readonly problems: { readonly [K in SlotName]?: string };
   /** Slots whose file is being decoded. */
@@ -110,7 +135,9 @@ export interface State {
   readonly networkDepths: NetworkDepths;
   readonly running: Running | null;
   readonly message: Message | null;
-  readonly outcome: Outcome | null;
+  /** It is shown until the next one is available. */
+  readonly outcome: Outcome | ManyOutcome | null;
+  readonly undo: Undo | null;
   /** Status text while idle. */
   readonly status: string;
 }
@@ -137,6 +164,7 @@ export const defaultSettings: Settings = {
 
 export const initialState: State = {
   slots: noSlots,
+  set: null,
   problems: {},
   loading: new Set(),
   settings: defaultSettings,
@@ -144,6 +172,7 @@ export const initialState: State = {
   running: null,
   message: null,
   outcome: null,
+  undo: null,
   status: "",
 };
 

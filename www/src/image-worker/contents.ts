@@ -14,6 +14,8 @@ export interface Photo extends Size {
   readonly focalLength35: number | null;
   /** A small version for the thumbnail. */
   readonly preview: ImageBitmap;
+  /** Equal for equal pixels, and for others in practice never. */
+  readonly fingerprint: string;
 }
 
 /** A depth map as stored in its file. */

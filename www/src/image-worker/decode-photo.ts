@@ -39,6 +39,7 @@ export async function decodePhoto(file: Blob, name: string, limit: number): Prom
       original: { width, height },
       focalLength35: header.format === "jpeg" ? await readFocalLength(head) : null,
       preview: preview.transferToImageBitmap(),
+      fingerprint: fingerprint(image),
     };
   } finally {
     bitmap.close();
@@ -55,6 +56,17 @@ async function decode(file: Blob, name: string, format: string): Promise<ImageBi
         : `${name} is not an image that this browser can read, or it is damaged. Choose a JPEG, PNG or WebP file.`,
     );
   }
+}
+
+/** Two independent sums of 32 bits (FNV-1a and a polynomial) over all pixels. */
+function fingerprint({ data, width, height }: ImageData): string {
+  const pixels = new Uint32Array(data.buffer, data.byteOffset, data.length >> 2);
+  let [a, b] = [0x811c9dc5, width];
+  for (const pixel of pixels) {
+    a = Math.imul(a ^ pixel, 0x01000193);
+    b = (Math.imul(b, 31) + pixel) | 0;
+  }
+  return `${width}x${height} ${a} ${b}`;
 }
 
 function draw(bitmap: ImageBitmap, scale: number) {

@@ -34,6 +34,19 @@ export function seamBitmap(mosaic: Rgba, seam: Bytes): Promise<ImageBitmap> {
   return tinted(mosaic, (i) => tints[seam.data[i] ?? 0] ?? null);
 }
 
+/** Draws the photo that each pixel comes from, 0 for none, in its colour of `colours` (RGB one after another). */
+export function labelsBitmap(
+  mosaic: Rgba,
+  labels: Bytes,
+  colours: Uint8Array,
+): Promise<ImageBitmap> {
+  const tints = Array.from({ length: colours.length / 3 }, (_, i) => {
+    const [red = 0, green = 0, blue = 0] = colours.subarray(3 * i, 3 * i + 3);
+    return [red, green, blue, 0.45] as const;
+  });
+  return tinted(mosaic, (i) => tints[(labels.data[i] ?? 0) - 1] ?? null);
+}
+
 /** Draws an image in gray, with the colour and opacity that `tint` returns for each pixel, or faint where it returns none. */
 export function tinted(
   { data, width, height }: Rgba,

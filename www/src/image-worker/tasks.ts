@@ -3,7 +3,7 @@ import { decodePhoto } from "./decode-photo.js";
 import { holeShare } from "./depth-colours.js";
 import { encode } from "./encode.js";
 import { gainPicture } from "./gain.js";
-import { bitmapOf, depthBitmap, seamBitmap, voidBitmap } from "./paint.js";
+import { bitmapOf, depthBitmap, labelsBitmap, seamBitmap, voidBitmap } from "./paint.js";
 
 /** Tasks that would block the main thread. */
 export const tasks = {
@@ -13,6 +13,7 @@ export const tasks = {
   depthBitmap,
   voidBitmap,
   seamBitmap,
+  labelsBitmap,
   gainPicture,
   holeShare,
   encode,

@@ -53,6 +53,7 @@ const texts: {
 export function bindInputs(store: Store, loader: InputLoader): void {
   for (const slot of slotNames) bindCard(slot, store, loader);
   onFiles(byId("many-files", HTMLInputElement), (files) => void loader.loadMany(files));
+  onFiles(byId("add-files", HTMLInputElement), (files) => void loader.loadMany(files, "add"));
 }
 
 function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {

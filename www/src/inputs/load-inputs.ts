@@ -1,4 +1,4 @@
-import { defaultSettings, slotNames, withLoaded } from "../state.js";
+import { defaultSettings, photoSlots, slotNames, withLoaded } from "../state.js";
 import type {
   Contents,
   DepthSettings,
@@ -12,6 +12,8 @@ import type {
 import { imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
 import { readCase, readMatches, type Case } from "./parse-files.js";
+import type { SetLoader } from "../many/set-loader.js";
+import { snapshot } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
 
 type Files = { readonly [K in SlotName]?: File };
@@ -22,6 +24,7 @@ export class InputLoader {
   readonly #store: Store;
   /** The latest load of each slot; results of earlier ones are discarded. */
   readonly #latest = new Map<SlotName, symbol>();
+  #sets: Promise<SetLoader> | null = null;
 
   constructor(store: Store) {
     this.#store = store;
@@ -29,18 +32,42 @@ export class InputLoader {
 
   /** Loads one file into one slot. */
   async loadOne(slot: SlotName, file: File): Promise<void> {
+    const before = this.#store.state;
     await this.#load({ [slot]: file }, "own");
+    const replaced = before.slots[slot];
+    if (replaced?.origin !== "own" || this.#store.state.slots[slot]?.file !== file) return;
+    this.#offerBack(before, `${replaced.file.name} was replaced.`);
   }
 
-  /** Loads several files, assigned by their names. */
-  async loadMany(files: readonly File[]): Promise<void> {
+  /**
+   * Loads several files, assigned by their names. Three photos or more become a set, to which further ones are added. Two
+   * photos replace the two that are there, unless they are to be added.
+   */
+  async loadMany(files: readonly File[], how: "replace" | "add" = "replace"): Promise<void> {
     try {
       const caseFile = files.find(isCaseFile);
       const theCase = caseFile ? await readCase(caseFile) : null;
-      const { placed, left } = sortFiles(files, theCase, this.#store.state.slots);
+      const before = this.#store.state;
+      const { photos, placed, left } = sortFiles(files, theCase, before.slots);
+      const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
+      const adds = how === "add" || photos.length === 1;
+      const total = photos.length + (adds ? own.length : 0);
+      if (!theCase && (before.set || total > 2)) {
+        const loader = await this.sets();
+        if (before.set) loader.add(photos);
+        else loader.start(photos, adds);
+        if (!before.set && !adds) this.#reportReplaced(before, photos, own.length);
+        this.#reportUnusedFiles(
+          files.filter((file) => !photos.includes(file)),
+          [],
+          photos.length,
+        );
+        return;
+      }
       const absent = theCase ? namesAbsent(theCase, placed) : [];
       if (theCase) this.#clearOthers(placed);
       await this.#load(placed, "own", theCase?.depth);
+      this.#reportReplaced(before, photos, photos.length === 1 ? 0 : own.length);
       this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
     } catch (error) {
       this.#store.set({ message: unusable(error, "These files could not be loaded.") });
@@ -50,6 +77,8 @@ export class InputLoader {
   /** Loads the case that is part of the page. */
   async loadSample(folder: URL): Promise<void> {
     try {
+      const before = this.#store.state;
+      const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
       const theCase = await readCase(await fetchFile(folder, "case.json"));
       const files: { [K in SlotName]?: File } = {};
       await Promise.all(
@@ -60,6 +89,7 @@ export class InputLoader {
       );
       this.#clearOthers(files);
       await this.#load(files, "sample", theCase.depth);
+      this.#reportReplaced(before, [], own.length);
     } catch (error) {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
     }
@@ -67,12 +97,43 @@ export class InputLoader {
 
   /** Decodes the photos again after the size limit has changed. */
   async reloadPhotos(): Promise<void> {
+    if (this.#store.state.set) return (await this.sets()).reload();
     const { target, reference } = this.#store.state.slots;
     const files = {
       ...(target && { target: target.file }),
       ...(reference && { reference: reference.file }),
     };
     await this.#load(files, (target ?? reference)?.origin ?? "own");
+  }
+
+  /** What loads three photos or more. */
+  sets(): Promise<SetLoader> {
+    this.#sets ??= import("../many/set-loader.js").then(
+      ({ SetLoader }) => new SetLoader(this.#store),
+    );
+    return this.#sets;
+  }
+
+  /** Offers the way back after photos have taken the place of others, and to keep both. */
+  #reportReplaced(before: State, photos: readonly File[], replaced: number): void {
+    if (replaced === 0 && !before.set) return;
+    const one = replaced === 1 && !before.set;
+    this.#offerBack(
+      before,
+      one ? "The earlier photo was replaced." : "The earlier photos were replaced.",
+      photos,
+    );
+  }
+
+  /** Offers to come back to an earlier state, and then to add photos if there are any. */
+  #offerBack(before: State, text: string, photos: readonly File[] = []): void {
+    const run = () => this.#store.set({ ...snapshot(before), message: null });
+    const keep = () => {
+      run();
+      void this.loadMany(photos, "add");
+    };
+    const keepAll = photos.length > 0 ? [{ label: "Keep all", run: keep }] : [];
+    this.#store.set({ undo: { text, choices: [...keepAll, { label: "Undo", run }] } });
   }
 
   clear(slots: readonly SlotName[]): void {
@@ -92,6 +153,7 @@ export class InputLoader {
 
   /** Clears the slots that a case has no file for. */
   #clearOthers(files: Files): void {
+    this.#store.set({ set: null });
     this.clear(slotNames.filter((slot) => !files[slot]));
   }
 
@@ -105,6 +167,7 @@ export class InputLoader {
       loading: new Set([...state.loading, ...names]),
       problems: without(state.problems, names),
       message: null,
+      undo: null,
     });
     const limit = state.settings.photoLimit;
     const outcomes = await Promise.all(
@@ -151,7 +214,7 @@ export class InputLoader {
         message: {
           tone: "note",
           title: "Some files were ignored.",
-          advice: `Only two photos can be stitched at a time. Ignored: ${names}.`,
+          advice: `${this.#store.state.set ? "Depth maps and matches are used with two photos only. " : ""}Ignored: ${names}.`,
         },
       });
     }

@@ -3,6 +3,8 @@ import type { SlotName, Slots } from "../state.js";
 
 /** The assignment of files to slots. */
 export interface Sorted {
+  /** All photos without a case, also those that fit no slot. */
+  readonly photos: readonly File[];
   readonly placed: { readonly [K in SlotName]?: File };
   /** Files that fit no slot. */
   readonly left: readonly File[];
@@ -41,7 +43,7 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
       );
     }
     // A case lists all of its files.
-    return { placed, left: rest };
+    return { photos: [], placed, left: rest };
   }
 
   take(
@@ -57,7 +59,7 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
   const isFree = (slot: SlotName) => slots[slot]?.origin !== "own";
   place(depths, "targetDepth", "referenceDepth", isFree, take);
   place(photos, "target", "reference", isFree, take);
-  return { placed, left: rest };
+  return { photos, placed, left: rest };
 }
 
 const caseSlots: readonly SlotName[] = [

@@ -1,4 +1,7 @@
 import type { Options } from "depthstitch";
+import { bindSetSettings } from "../many/set-settings.js";
+import type { SetLoader } from "../many/set-loader.js";
+import { bindStrip } from "../many/strip.js";
 import type { InputLoader } from "../inputs/load-inputs.js";
 import type { Runner } from "../run/run.js";
 import type { Store } from "../state.js";
@@ -18,6 +21,7 @@ export function bindPanels(
   runner: Runner,
   defaults: Readonly<Options>,
   version: string,
+  sets: SetLoader,
 ): void {
   const openView = bindTabs(store, runner, () => offerNetwork(store));
   bindExport(store, version);
@@ -27,4 +31,6 @@ export function bindPanels(
   bindFill(store);
   bindOptions(store, defaults);
   bindPhotoLimit(store, loader);
+  bindStrip(store, sets);
+  bindSetSettings(store, sets, defaults);
 }

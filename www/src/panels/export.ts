@@ -1,5 +1,6 @@
 import { byId, onClick, setEnabled } from "../dom.js";
-import type { Outcome, Store } from "../state.js";
+import { manyReportJson } from "../many/report-text.js";
+import type { ManyOutcome, Outcome, Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { Format, Rect } from "../image-worker/encode.js";
 import type { Rgba } from "../image-worker/paint.js";
@@ -27,7 +28,10 @@ export function bindExport(store: Store, version: string): void {
     saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
     status.textContent = `Saved ${name}, ${part.width} × ${part.height} pixels.`;
   };
-  const onSave = (id: (typeof buttons)[number], save: (outcome: Outcome) => unknown) => {
+  const onSave = (
+    id: (typeof buttons)[number],
+    save: (outcome: Outcome | ManyOutcome) => unknown,
+  ) => {
     onClick(byId(id, HTMLButtonElement), () => {
       const { outcome } = store.state;
       if (!outcome) return;
@@ -44,9 +48,15 @@ export function bindExport(store: Store, version: string): void {
         : whole(outcome.mosaic);
     return saveImage(outcome.mosaic, part, "stitched");
   });
-  onSave("download-warped", ({ result: { warped } }) => saveImage(warped, whole(warped), "warped"));
+  onSave("download-warped", (outcome) => {
+    if (outcome.kind !== "pair") return;
+    const { warped } = outcome.result;
+    return saveImage(warped, whole(warped), "warped");
+  });
   onSave("download-report", (outcome) => {
-    saveBlob(new Blob([reportJson(outcome, version)], { type: "application/json" }), "report.json");
+    const json =
+      outcome.kind === "many" ? manyReportJson(outcome, version) : reportJson(outcome, version);
+    saveBlob(new Blob([json], { type: "application/json" }), "report.json");
   });
   onClick(byId("copy-link", HTMLButtonElement), () => {
     const link = new URL(`#${linkOf(store.state.settings)}`, location.href);

@@ -23,7 +23,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
   };
   onClick(button, () => {
     const { outcome } = store.state;
-    if (!outcome) return;
+    if (outcome?.kind !== "pair") return;
     const offered = methods.filter((method) => !isDegenerate(method, outcome));
     const cards = offered.map((method) => makeCard(method.label, method.hint));
     const own = makeCard("depthstitch", "the result above");
@@ -49,7 +49,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
     });
   });
   store.subscribe(({ outcome, running }, before) => {
-    setEnabled(button, outcome !== null && !running);
+    setEnabled(button, outcome?.kind === "pair" && !running);
     if (outcome !== before.outcome) list.replaceChildren();
   });
 }

@@ -13,18 +13,20 @@ import type { Store } from "../state.js";
 import { count } from "../text/numbers.js";
 
 /** A control of one option. */
-interface Control {
+export interface Control {
   write(options: Readonly<Options>): void;
   /** The option if it differs from the defaults. */
   read(defaults: Readonly<Options>): Partial<Options>;
 }
 
-const groupTitles: readonly (readonly [OptionGroup, string])[] = [
-  ["matching", "Matching"],
-  ["geometry", "Geometry"],
-  ["warping", "Depth and warp"],
-  ["compositing", "Compositing"],
-];
+/** Every group, so that no option of the table is missing from the form. */
+const groupTitles: Readonly<Record<OptionGroup, string>> = {
+  preset: "Method",
+  matching: "Matching",
+  geometry: "Geometry",
+  warping: "Depth and warp",
+  compositing: "Compositing",
+};
 
 /** Units of the form that differ from those of the core: the number shown is multiplied by `factor`. */
 const displayUnits: { readonly [K in OptionName]?: { unit: string; factor: number } } = {
@@ -78,31 +80,38 @@ function buildForm(form: HTMLFormElement): Control[] {
     return parent;
   };
   const controls: Control[] = [];
-  form.append(fieldset("Method", "preset", controls));
-  for (const [group, title] of groupTitles) {
+  for (const [group, title] of Object.entries(groupTitles) as [OptionGroup, string][]) {
     const fields = fieldset(title, group, controls);
-    form.append(make("details", {}, make("summary", {}, title), fields));
+    if (group === "preset") form.append(fields);
+    else form.append(make("details", {}, make("summary", {}, title), fields));
   }
   form.append(make("button", { type: "reset" }, "Reset to defaults"));
   return controls;
 }
 
-function without(options: Partial<Options>, key: keyof Options): Partial<Options> {
+export function without(options: Partial<Options>, key: keyof Options): Partial<Options> {
   const out = { ...options };
   delete out[key];
   return out;
 }
 
-function makeControl(parent: HTMLElement, name: OptionName, spec: OptionSpec): Control {
+/** The control of an option, appended to `parent`. The ids of its elements begin with `prefix`. */
+export function makeControl(
+  parent: HTMLElement,
+  name: OptionName,
+  spec: OptionSpec,
+  prefix = "option-",
+): Control {
+  const id = prefix + name;
   switch (spec.type) {
     case "boolean":
-      return checkboxControl(parent, name, spec);
+      return checkboxControl(parent, name, spec, id);
     case "choice":
-      return choiceControl(parent, name, spec);
+      return choiceControl(parent, name, spec, id);
     default:
       return spec.keyword === undefined
-        ? numberControl(parent, name, spec)
-        : keywordControl(parent, name, spec, spec.keyword);
+        ? numberControl(parent, name, spec, id)
+        : keywordControl(parent, name, spec, spec.keyword, id);
   }
 }
 
@@ -122,19 +131,24 @@ function control(
   };
 }
 
-function numberInput(name: OptionName, spec: NumberOption): HTMLInputElement {
+function numberInput(name: OptionName, spec: NumberOption, id: string): HTMLInputElement {
   const { factor = 1 } = displayUnits[name] ?? {};
   const step = spec.type === "integer" && factor === 1 ? "1" : "any";
-  const input = make("input", { id: `option-${name}`, type: "number", step });
+  const input = make("input", { id, type: "number", step });
   input.min = String(spec.min / factor);
   if (spec.max !== undefined) input.max = String(spec.max / factor);
   input.title = spec.description;
   return input;
 }
 
-function numberControl(parent: HTMLElement, name: OptionName, spec: NumberOption): Control {
+function numberControl(
+  parent: HTMLElement,
+  name: OptionName,
+  spec: NumberOption,
+  id: string,
+): Control {
   const { factor = 1, unit = spec.unit } = displayUnits[name] ?? {};
-  const input = numberInput(name, spec);
+  const input = numberInput(name, spec, id);
   parent.append(label(input.id, spec, unit), input);
   const shown = (value: unknown) => String(Number((Number(value) / factor).toPrecision(12)));
   return control(
@@ -152,9 +166,10 @@ function keywordControl(
   name: OptionName,
   spec: NumberOption,
   keyword: string,
+  id: string,
 ): Control {
-  const input = numberInput(name, spec);
-  const box = make("input", { id: `option-${name}-${keyword}`, type: "checkbox" });
+  const input = numberInput(name, spec, id);
+  const box = make("input", { id: `${id}-${keyword}`, type: "checkbox" });
   box.addEventListener("change", () => {
     input.disabled = box.checked;
   });
@@ -170,8 +185,13 @@ function keywordControl(
   );
 }
 
-function choiceControl(parent: HTMLElement, name: OptionName, spec: ChoiceOption): Control {
-  const select = make("select", { id: `option-${name}` });
+function choiceControl(
+  parent: HTMLElement,
+  name: OptionName,
+  spec: ChoiceOption,
+  id: string,
+): Control {
+  const select = make("select", { id });
   for (const [value, text] of Object.entries(spec.choices)) select.append(new Option(text, value));
   select.title = spec.description;
   parent.append(label(select.id, spec), select);
@@ -184,8 +204,13 @@ function choiceControl(parent: HTMLElement, name: OptionName, spec: ChoiceOption
   );
 }
 
-function checkboxControl(parent: HTMLElement, name: OptionName, spec: BooleanOption): Control {
-  const input = make("input", { id: `option-${name}`, type: "checkbox" });
+function checkboxControl(
+  parent: HTMLElement,
+  name: OptionName,
+  spec: BooleanOption,
+  id: string,
+): Control {
+  const input = make("input", { id, type: "checkbox" });
   const words = make("label", { class: "check" }, input, spec.label);
   words.title = spec.description;
   parent.append(words);

@@ -6,16 +6,17 @@ import type { Store } from "../state.js";
 export function bindPhotoLimit(store: Store, loader: InputLoader): void {
   const select = byId("photo-limit", HTMLSelectElement);
   select.addEventListener("change", () => store.change({ photoLimit: Number(select.value) }));
-  store.subscribe(({ settings: { photoLimit }, slots }, before) => {
+  store.subscribe(({ settings: { photoLimit }, slots, set }, before) => {
     const value = String(photoLimit);
     if (![...select.options].some((option) => option.value === value)) {
       select.append(new Option(`${value} px`, value));
     }
     select.value = value;
     if (photoLimit === before.settings.photoLimit) return;
-    const affected = [slots.target, slots.reference].some((slot) => {
-      if (!slot) return false;
-      const { original, width } = slot.content;
+    const loaded = set?.photos ?? [slots.target, slots.reference];
+    const affected = loaded.some((photo) => {
+      if (!photo?.content) return photo !== null;
+      const { original, width } = photo.content;
       const longer = Math.max(original.width, original.height);
       return width < original.width || (photoLimit > 0 && longer > photoLimit);
     });

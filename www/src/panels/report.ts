@@ -1,6 +1,9 @@
-import type { StitchResult } from "depthstitch";
+import type { StitchResult, Warning } from "depthstitch";
 import { byId, find, make } from "../dom.js";
-import type { Outcome, State, Store } from "../state.js";
+import { manyParagraphs, usedCount } from "../many/report-text.js";
+import { showManyReport } from "../many/report.js";
+import { isShown } from "../run/run.js";
+import type { ManyOutcome, Outcome, State, Store } from "../state.js";
 import { count, milliseconds, seconds } from "../text/numbers.js";
 import { keyFigures, qualityRows, reportParagraphs, stages, stageText } from "../text/report.js";
 
@@ -16,47 +19,62 @@ export function bindReport(store: Store): void {
 }
 
 /** The inputs of the result, and whether they have changed since. */
-function source({ outcome, slots, running, settings }: State): string {
+function source(state: State): string {
+  const { outcome, running, settings } = state;
   if (!outcome) return "";
-  const { target, reference } = outcome.slots;
-  const names =
-    target?.origin === "sample"
-      ? "of the example"
-      : `${target?.file.name ?? ""} onto ${reference?.file.name ?? ""}`;
+  const names = sourceOf(outcome);
   if (running) return names;
-  if (outcome.slots !== slots) return `${names} · the inputs have changed since`;
+  if (!isShown(state)) return `${names} · the inputs have changed since`;
   return outcome.settings === settings ? names : `${names} · the settings have changed since`;
 }
 
-function showReport(outcome: Outcome): void {
+function sourceOf(outcome: Outcome | ManyOutcome): string {
+  if (outcome.kind === "many") {
+    const { photos, result } = outcome;
+    const seen = `seen from ${photos[result.reference]?.file.name ?? ""}`;
+    return `${usedCount(outcome)} of ${photos.length} photos, ${seen}`;
+  }
+  const { target, reference } = outcome.slots;
+  return target?.origin === "sample"
+    ? "of the example"
+    : `${target?.file.name ?? ""} onto ${reference?.file.name ?? ""}`;
+}
+
+function showReport(outcome: Outcome | ManyOutcome): void {
   const { result } = outcome;
+  showWarnings(outcome.kind === "many" ? outcome.result.warnings : outcome.result.report.warnings);
+  byId("report-summary", HTMLElement).textContent = `computed in ${seconds(outcome.elapsed)}`;
+  const paragraphs = outcome.kind === "many" ? manyParagraphs(outcome) : reportParagraphs(outcome);
+  byId("report-text", HTMLElement).replaceChildren(
+    ...paragraphs.map((text) => make("p", {}, text)),
+  );
+  if (outcome.kind === "many") showManyReport(outcome);
+  else showPairReport(outcome);
+  showTimes(result.times);
+}
+
+function showPairReport({ result }: Outcome): void {
   const figures = byId("figures", HTMLElement);
   for (const [name, { value, under }] of Object.entries(keyFigures(result))) {
     find(figures, `[data-figure="${name}"]`, HTMLElement).textContent = value;
     find(figures, `[data-under="${name}"]`, HTMLElement).textContent = under;
   }
-  showWarnings(result);
-  byId("report-summary", HTMLElement).textContent = `computed in ${seconds(outcome.elapsed)}`;
-  byId("report-text", HTMLElement).replaceChildren(
-    ...reportParagraphs(outcome).map((text) => make("p", {}, text)),
-  );
   byId("quality-rows", HTMLElement).replaceChildren(
     ...qualityRows(result).map(([name = "", ...cells]) => row(name, cells)),
   );
-  showTimes(result);
 }
 
-function showWarnings({ report }: StitchResult): void {
+function showWarnings(warnings: readonly Warning[]): void {
   const box = byId("warnings", HTMLElement);
   const link = byId("warnings-link", HTMLAnchorElement);
-  box.hidden = link.hidden = report.warnings.length === 0;
-  link.textContent = count(report.warnings.length, "warning", "warnings");
+  box.hidden = link.hidden = warnings.length === 0;
+  link.textContent = count(warnings.length, "warning", "warnings");
   find(box, "ul", HTMLElement).replaceChildren(
-    ...report.warnings.map(({ message }) => make("li", {}, message)),
+    ...warnings.map(({ message }) => make("li", {}, message)),
   );
 }
 
-function showTimes({ times }: StitchResult): void {
+function showTimes(times: StitchResult["times"]): void {
   const run = stages.flatMap((stage) => {
     const time = stage in times ? times[stage as keyof typeof times] : undefined;
     return time === undefined ? [] : [{ stage, time }];

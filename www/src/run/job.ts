@@ -38,14 +38,16 @@ export function scaleMatches(matches: Float32Array, target: Photo, reference: Ph
 const identities = new WeakMap<object, number>();
 let count = 0;
 
-/** A key that is equal for equal jobs. Images are compared by identity, as they are immutable. */
+/** A number of its own for every object. Images are compared by identity, as they are immutable. */
+export function identityOf(value: object): number {
+  const identity = identities.get(value) ?? ++count;
+  identities.set(value, identity);
+  return identity;
+}
+
+/** A key that is equal for equal jobs. */
 export function keyOf(job: Job): string {
-  const id = (value: object | undefined) => {
-    if (!value) return 0;
-    const identity = identities.get(value) ?? ++count;
-    identities.set(value, identity);
-    return identity;
-  };
+  const id = (value: object | undefined) => (value ? identityOf(value) : 0);
   const depth = (map: DepthInput | undefined) => [id(map?.data), map?.kind, map?.invalid];
   return JSON.stringify([
     id(job.target),

@@ -37,7 +37,10 @@ export function bindProgress(store: Store): void {
     // Only stages are announced by screen readers, not every percent.
     const text = running ? `${running.text ?? stageText[running.stage].doing}…` : idle;
     if (status.textContent !== text) status.textContent = text;
-    fraction.textContent = running ? percent(Math.round(100 * running.fraction) / 100) : "";
+    const detail = running?.detail ? `${running.detail} · ` : "";
+    fraction.textContent = running
+      ? detail + percent(Math.round(100 * running.fraction) / 100)
+      : "";
     bars.classList.toggle("idle", !running);
     waiting.hidden = outcome !== null || !running;
   };
@@ -63,8 +66,19 @@ function stepList(shown: readonly Running["stage"][]): HTMLElement {
 }
 
 /** The stages expected for the inputs and settings. */
-function stagesOf({ slots, settings, running, networkDepths }: State): readonly Running["stage"][] {
+function stagesOf({
+  slots,
+  set,
+  settings,
+  running,
+  networkDepths,
+}: State): readonly Running["stage"][] {
   const { options, depthSource } = settings;
+  if (set) {
+    const never = new Set<Running["stage"]>(["model-depth", "measure"]);
+    if (settings.fillMethod === "core") never.add("model-fill");
+    return stages.filter((stage) => !never.has(stage) || running?.stage === stage);
+  }
   const paper = options.mode === "paper";
   const hasDepth =
     depthSource === "files"

@@ -5,22 +5,31 @@ import { keyOf, type Job } from "./job.js";
 const cacheBytes = 400e6;
 
 /** The latest results, the most recently used last. */
-const cache = new Map<string, StitchResult>();
+const cache = new Map<string, unknown>();
 
-/** The result of a job, computed unless it is cached. */
+/** The result of a job of two photos, computed unless it is cached. */
 export async function resultOf(job: Job, call: CallOptions): Promise<StitchResult> {
-  const key = keyOf(job);
   const { target, reference, options, ...inputs } = job;
-  const result =
-    cache.get(key) ??
-    (await stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }));
-  cache.delete(key);
-  cache.set(key, result);
-  evictOldest();
+  const { result } = await remembered(keyOf(job), () =>
+    stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }),
+  );
   return result;
 }
 
-/** Whether the result of a job is cached. */
+/** What is cached by this key, which is of equal jobs only, or else computed. */
+export async function remembered<T>(
+  key: string,
+  compute: () => Promise<T>,
+): Promise<{ result: T; cached: boolean }> {
+  const cached = cache.has(key);
+  const result = cached ? (cache.get(key) as T) : await compute();
+  cache.delete(key);
+  cache.set(key, result);
+  evictOldest();
+  return { result, cached };
+}
+
+/** Whether the result of a job of two photos is cached. */
 export function isCached(job: Job): boolean {
   return cache.has(keyOf(job));
 }

@@ -16,6 +16,7 @@ import { errorMessage } from "../text/errors.js";
 import { seconds } from "../text/numbers.js";
 import { depthStatus, fillStatus } from "../text/networks.js";
 import { filledMosaic } from "./fill.js";
+import { isReading, usablePhotos } from "../many/photo-set.js";
 import { prepareJob } from "./prepare.js";
 import { isCached, resultOf } from "./results.js";
 
@@ -89,6 +90,13 @@ export class Runner {
   }
 
   async #stitch(settings: Settings, signal: AbortSignal): Promise<void> {
+    if (!this.#store.state.set) return this.#stitchPair(settings, signal);
+    // Most stitch two photos.
+    const { stitchSet } = await import("../many/run.js");
+    return stitchSet(this.#store, settings, signal);
+  }
+
+  async #stitchPair(settings: Settings, signal: AbortSignal): Promise<void> {
     if (settings.depthSource === "model") await this.#estimateDepth(settings, signal);
     const { slots } = this.#store.state;
     const job = prepareJob({ ...this.#store.state, settings });
@@ -115,8 +123,8 @@ export class Runner {
       return result.mosaic;
     });
     const elapsed = performance.now() - start;
-    const outcome: Outcome = { result, mosaic, job, slots, settings, elapsed };
-    const status = cached ? "Done: cached result" : `Done in ${seconds(elapsed)}`;
+    const outcome: Outcome = { kind: "pair", result, mosaic, job, slots, settings, elapsed };
+    const status = cached ? "Done (reused the earlier result)" : `Done in ${seconds(elapsed)}`;
     this.#store.set({ running: null, status, outcome, message });
   }
 
@@ -147,6 +155,12 @@ export class Runner {
       });
     }
   }
+}
+
+/** Whether the result that is shown is one of the present photos. */
+export function isShown({ outcome, set, slots }: State): boolean {
+  if (!outcome) return false;
+  return outcome.kind === "many" ? outcome.set === set : !set && outcome.slots === slots;
 }
 
 /** The settings without networks that are selected but have not been used yet. */
@@ -184,17 +198,24 @@ export function bindRun(store: Store, runner: Runner): void {
 
   let waiting = false;
   store.subscribe((state, before) => {
-    const { slots, loading, running, outcome, settings } = state;
+    const { slots, set, loading, running, outcome, settings } = state;
     // The button is emphasized if inputs or settings have changed.
-    const stale = outcome?.slots !== slots || outcome.settings !== settings;
+    const stale = !isShown(state) || outcome?.settings !== settings;
     runButton.classList.toggle("primary", stale && !running);
     if (!running !== !before.running || state === before) {
       setEnabled(runButton, !running);
       setEnabled(cancelButton, Boolean(running));
     }
-    const changed = photoSlots.some((slot) => slots[slot] !== before.slots[slot]);
-    if (changed) waiting = photoSlots.every((slot) => slots[slot]);
-    if (!waiting || loading.size > 0) return;
+    const changed =
+      set !== before.set || photoSlots.some((slot) => slots[slot] !== before.slots[slot]);
+    if (changed) {
+      const complete = set
+        ? usablePhotos(set).length > 1
+        : photoSlots.every((slot) => slots[slot] !== null);
+      waiting = complete && (running !== null || !isShown(state));
+      if (!complete && running) runner.cancel();
+    }
+    if (!waiting || loading.size > 0 || (set && isReading(set))) return;
     waiting = false;
     queueMicrotask(() => void runner.stitchAutomatically());
   });

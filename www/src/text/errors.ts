@@ -25,14 +25,16 @@ const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation
     `${message} Choose the file again; it may be damaged.`,
   ],
   "too-few-matches": (number) => [
-    `Only ${number("usable")} of ${count(number("matches"), "match", "matches")} can be used; at least ${number("needed")} are required.`,
-    "Photos with little overlap, blur or little texture have few matches. Matches from a file must lie within both " +
+    commonPoints(number("usable")),
+    `Only ${number("usable")} of ${count(number("matches"), "match", "matches")} can be used; at least ${number("needed")} are required. ` +
+      "Photos with little overlap, blur or little texture have few matches. Matches from a file must lie within both " +
       "photos: check that the file belongs to these photos at this size and lists the first photo's point first.",
   ],
   "no-consensus": (number) => [
-    `Only ${number("inliers")} of ${number("matches")} matches agree on one geometry; at least ${number("needed")} are required.`,
-    "Check that both photos show the same scene, and that matches and depth maps belong to them. If they do, try a larger " +
-      "inlier threshold under Options.",
+    commonPoints(number("inliers")),
+    `Only ${number("inliers")} of ${number("matches")} matches agree on one geometry; at least ${number("needed")} are required. ` +
+      "Check that the photos show the same scene and overlap, and that matches and depth maps from files belong to them. If they " +
+      "do, try a larger inlier threshold under Options.",
   ],
   "degenerate-geometry": () => [
     "The matches lie on a line or in a point.",
@@ -93,6 +95,10 @@ export function errorMessage(error: unknown): Message {
     "An unexpected error occurred.",
     error instanceof Error ? error.message : String(error),
   );
+}
+
+function commonPoints(found: number): string {
+  return `${found > 0 ? "Too few" : "No"} common points were found.`;
 }
 
 function problem(title: string, advice: string): Message {

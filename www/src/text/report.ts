@@ -143,7 +143,7 @@ export function qualityRows({ quality }: StitchResult): readonly (readonly strin
   ];
 }
 
-/** The report as JSON: everything in a result except images. */
+/** The report of two photos as JSON: everything in a result except images. */
 export function reportJson(
   { result, job, slots, settings, elapsed }: Outcome,
   version: string,
@@ -179,6 +179,6 @@ export function reportJson(
   return `${JSON.stringify(value, null, 2)}\n`;
 }
 
-function sizeOf({ width, height, original }: Photo) {
+export function sizeOf({ width, height, original }: Photo) {
   return { width, height, original };
 }

@@ -1,4 +1,4 @@
-import type { Outcome } from "../state.js";
+import type { ManyOutcome, Outcome } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { DepthMap } from "../image-worker/contents.js";
 import type { GainPicture } from "../image-worker/gain.js";
@@ -26,12 +26,22 @@ export function pictureBitmap(image: Rgba): Promise<ImageBitmap> {
   return bitmap(image, "picture", () => imageTask("bitmapOf", { data, width, height }));
 }
 
-export function voidsBitmap({ result }: Outcome): Promise<ImageBitmap> {
+export function voidsBitmap({ result }: Outcome | ManyOutcome): Promise<ImageBitmap> {
   return bitmap(result, "voids", () => imageTask("voidBitmap", result.mosaic, result.voidMask));
 }
 
 export function seamBitmap({ result }: Outcome, seam: Bytes): Promise<ImageBitmap> {
   return bitmap(result, "seam", () => imageTask("seamBitmap", result.mosaic, seam));
+}
+
+/** Each photo of a mosaic in its colour (`colours`, RGB one after another). */
+export function labelsBitmap(
+  { result }: ManyOutcome,
+  colours: Uint8Array<ArrayBuffer>,
+): Promise<ImageBitmap> {
+  return bitmap(result, "labels", () =>
+    imageTask("labelsBitmap", result.mosaic, result.labels, colours),
+  );
 }
 
 export function gainBitmap(

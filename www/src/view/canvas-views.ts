@@ -2,7 +2,7 @@
 import { make } from "../dom.js";
 import { percent, size, count } from "../text/numbers.js";
 import { countSet } from "../text/report.js";
-import type { Outcome } from "../state.js";
+import type { ManyOutcome, Outcome } from "../state.js";
 import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
 import { checkbox, legend, scale } from "./controls.js";
 import { drawGrid } from "./grid.js";
@@ -10,7 +10,7 @@ import type { View } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
 /** The extent of the canvas. */
-export function canvasExtent({ result }: Pick<Outcome, "result">): Extent {
+export function canvasExtent({ result }: Pick<Outcome | ManyOutcome, "result">): Extent {
   const { offset, mosaic } = result;
   return { x: -offset.x, y: -offset.y, width: mosaic.width, height: mosaic.height };
 }
@@ -140,7 +140,7 @@ export const seamView: View = {
   },
 };
 
-export const voidsView: View = {
+export const voidsView: View<Outcome | ManyOutcome> = {
   id: "voids",
   label: "Voids",
   group: "steps",
@@ -154,9 +154,9 @@ export const voidsView: View = {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption:
         voids === 0
-          ? "There are no voids: all pixels inside the outline of the first photo are visible in one of the photos."
-          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in neither photo and filled from the surroundings.`,
-      controls: voids === 0 ? [] : [legend(["void", "visible in neither photo"])],
+          ? `There are no voids: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`
+          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in no photo and filled from the surroundings.`,
+      controls: voids === 0 ? [] : [legend(["void", "visible in no photo"])],
     };
   },
 };

@@ -1,16 +1,19 @@
 import { blend, type CallOptions } from "depthstitch";
 import { byId, make } from "../dom.js";
+import { graphView } from "../many/graph-view.js";
+import { manyMosaicView, manySeamView } from "../many/views.js";
 import { jobFor } from "../run/methods.js";
 import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
-import type { Outcome, Store } from "../state.js";
+import type { ManyOutcome, Outcome, Store } from "../state.js";
 import { gainView, mosaicView, seamView, voidsView, warpView } from "./canvas-views.js";
 import { blinkView, compareView } from "./compare-views.js";
 import { depthView, matchesView } from "./pair-views.js";
 import type { ViewContext, Opened, View } from "./view-types.js";
 import { Viewer } from "./viewer.js";
 
-const views: readonly View[] = [
+/** Views of two photos. */
+const pairViews: readonly View[] = [
   mosaicView,
   compareView,
   blinkView,
@@ -21,6 +24,22 @@ const views: readonly View[] = [
   seamView,
   voidsView,
 ];
+/** Views of more. One with the id of another shares its tab. */
+const manyViews: readonly View<ManyOutcome>[] = [
+  manyMosaicView,
+  graphView,
+  manySeamView,
+  voidsView,
+];
+/** All tabs, in their order. */
+const tabViews = [
+  ...pairViews.slice(0, 3),
+  ...manyViews.filter(({ id }) => !pairViews.some((view) => view.id === id)),
+  ...pairViews.slice(3),
+] as const;
+
+/** Milliseconds after which a view that takes longer is no longer shown in place of the next. */
+const patience = 150;
 
 /** Binds the tabs and their views to the outcome. Returns a function that opens a view by its id. */
 export function bindTabs(
@@ -29,13 +48,12 @@ export function bindTabs(
   offerDepth: () => void,
 ): (id: string) => void {
   const tabs = new Tabs(store, runner, offerDepth);
-  store.subscribe(({ outcome }, before) => {
-    if (outcome !== before.outcome) tabs.update(outcome, before.outcome);
+  store.subscribe(({ outcome, set }, before) => {
+    if (outcome !== before.outcome || (!outcome && !set !== !before.set)) {
+      tabs.update(outcome, before.outcome);
+    }
   });
-  return (id) => {
-    const index = views.findIndex((view) => view.id === id);
-    tabs.select(Math.max(0, index), true);
-  };
+  return (id) => tabs.select(id, true);
 }
 
 /** The tabs and the view that is shown. */
@@ -46,39 +64,43 @@ class Tabs {
   readonly #controls = byId("view-controls", HTMLElement);
   readonly #viewer = new Viewer();
   readonly #context: ViewContext;
-  readonly #tabs = views.map(makeTab);
-  #current = 0;
+  readonly #tabs = new Map(tabViews.map((view) => [view.id, makeTab(view)]));
+  #current = mosaicView.id;
+  /** The view whose scene is drawn. */
+  #drawn = "";
   #opened: Opened | null = null;
-  /** The latest view opened; results of earlier ones are discarded. */
-  #latest = Symbol();
+  #latest: symbol | null = null;
 
   constructor(store: Store, runner: Runner, offerDepth: () => void) {
     this.#store = store;
     this.#context = viewContext(this.#viewer, runner, offerDepth);
     const list = byId("tabs", HTMLElement);
     for (const group of ["result", "steps"] as const) {
-      const members = this.#tabs.filter((_, i) => views[i]?.group === group);
+      const members = tabViews.flatMap((view) =>
+        view.group === group ? (this.#tabs.get(view.id) ?? []) : [],
+      );
       list.append(make("div", { class: `group ${group}`, role: "presentation" }, ...members));
     }
-    for (const [index, tab] of this.#tabs.entries()) {
-      tab.addEventListener("click", () => this.select(index, false));
+    for (const [id, tab] of this.#tabs) {
+      tab.addEventListener("click", () => this.select(id, false));
       tab.addEventListener("keydown", (event) => {
-        const next = tabAfter(this.#tabs, index, event.key);
+        const next = tabAfter(this.#tabs, id, event.key);
         if (next === undefined) return;
         event.preventDefault();
         this.select(next, true);
       });
     }
-    this.select(0, false);
+    this.update(store.state.outcome, null);
+    this.select(this.#current, false);
   }
 
-  select(index: number, focus: boolean): void {
-    this.#current = index;
-    for (const [i, tab] of this.#tabs.entries()) {
-      tab.setAttribute("aria-selected", String(i === index));
-      tab.tabIndex = i === index ? 0 : -1;
+  select(selected: string, focus: boolean): void {
+    this.#current = selected;
+    for (const [id, tab] of this.#tabs) {
+      tab.setAttribute("aria-selected", String(id === selected));
+      tab.tabIndex = id === selected ? 0 : -1;
     }
-    const tab = this.#tabs[index];
+    const tab = this.#tabs.get(selected);
     if (tab) {
       this.#stage.setAttribute("aria-labelledby", tab.id);
       if (focus) tab.focus();
@@ -88,48 +110,86 @@ class Tabs {
     if (outcome) void this.#open(outcome);
   }
 
-  update(outcome: Outcome | null, before: Outcome | null): void {
+  update(outcome: Outcome | ManyOutcome | null, before: Outcome | ManyOutcome | null): void {
+    const shown = outcome ? available(outcome) : this.#expected();
+    for (const [id, tab] of this.#tabs) tab.hidden = !shown.has(id);
     if (!outcome) return this.#clear();
-    for (const [i, view] of views.entries()) {
-      const tab = this.#tabs[i];
-      if (tab) tab.hidden = view.isAvailable?.(outcome) === false;
-    }
     // The viewport is meaningless for other photos.
-    if (outcome.job.reference !== before?.job.reference) this.#viewer.reset();
+    if (referenceOf(outcome) !== (before && referenceOf(before))) this.#viewer.reset();
     // Comparisons are computed for a new result only on demand.
-    const isHidden = this.#tabs[this.#current]?.hidden === true;
-    if (isHidden || views[this.#current] === compareView) this.select(0, false);
-    else void this.#open(outcome);
+    const stays = shown.has(this.#current) && this.#current !== compareView.id;
+    if (stays) void this.#open(outcome);
+    else this.select(mosaicView.id, false);
   }
 
-  async #open(outcome: Outcome): Promise<void> {
+  async #open(outcome: Outcome | ManyOutcome): Promise<void> {
     const token = (this.#latest = Symbol());
     this.#opened?.close?.();
     this.#opened = null;
-    const view = views[this.#current] ?? mosaicView;
+    const id = this.#current;
+    const open = available(outcome).get(id);
+    if (!open) return;
     this.#caption.textContent = "…";
     this.#controls.replaceChildren();
+    // What is drawn of another view would be taken for this one.
+    const clear = () => {
+      if (this.#latest !== token || this.#drawn === id) return;
+      this.#viewer.show(null);
+      this.#caption.textContent = "Computing…";
+    };
+    const waiting = window.setTimeout(clear, patience);
     try {
-      const next = await view.open(outcome, this.#context);
+      const next = await open(this.#context);
       if (this.#latest !== token) return next.close?.();
       this.#opened = next;
+      this.#drawn = id;
       this.#viewer.show(next.scene);
       this.#caption.textContent = next.caption;
       this.#controls.replaceChildren(...(next.controls ?? []));
     } catch (error) {
       if (this.#latest !== token) return;
+      clear();
       this.#caption.textContent = error instanceof Error ? error.message : String(error);
+    } finally {
+      clearTimeout(waiting);
     }
+  }
+
+  /** The ids of the views that the first result will have. */
+  #expected(): ReadonlySet<string> {
+    const views: readonly Pick<View, "id">[] = this.#store.state.set ? manyViews : pairViews;
+    return new Set(views.map(({ id }) => id));
   }
 
   #clear(): void {
     this.#opened?.close?.();
     this.#opened = null;
+    this.#drawn = "";
     this.#latest = Symbol();
     this.#viewer.show(null);
     this.#caption.textContent = "";
     this.#controls.replaceChildren();
   }
+}
+
+/** The views that an outcome has, by their ids. */
+function available(
+  outcome: Outcome | ManyOutcome,
+): ReadonlyMap<string, (view: ViewContext) => Promise<Opened>> {
+  const of = <O extends Outcome | ManyOutcome>(views: readonly View<O>[], outcome: O) =>
+    new Map(
+      views
+        .filter((view) => view.isAvailable?.(outcome) !== false)
+        .map((view) => [view.id, (context: ViewContext) => view.open(outcome, context)]),
+    );
+  return outcome.kind === "many" ? of(manyViews, outcome) : of(pairViews, outcome);
+}
+
+/** The photo in whose coordinates the result is. */
+function referenceOf(outcome: Outcome | ManyOutcome): object | null | undefined {
+  return outcome.kind === "many"
+    ? outcome.photos[outcome.result.reference]?.content
+    : outcome.job.reference;
 }
 
 /** What the views can use. */
@@ -151,14 +211,14 @@ function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): Vi
   };
 }
 
-/** The index of the tab that a key moves to, as in the ARIA tabs pattern. */
+/** The id of the tab that a key moves to, as in the ARIA tabs pattern. */
 function tabAfter(
-  tabs: readonly HTMLButtonElement[],
-  index: number,
+  tabs: ReadonlyMap<string, HTMLButtonElement>,
+  id: string,
   key: string,
-): number | undefined {
-  const shown = tabs.flatMap((tab, i) => (tab.hidden ? [] : [i]));
-  const at = shown.indexOf(index);
+): string | undefined {
+  const shown = [...tabs].flatMap(([id, tab]) => (tab.hidden ? [] : [id]));
+  const at = shown.indexOf(id);
   switch (key) {
     case "ArrowRight":
       return shown[(at + 1) % shown.length];
@@ -173,7 +233,7 @@ function tabAfter(
   }
 }
 
-function makeTab({ id, label }: View): HTMLButtonElement {
+function makeTab({ id, label }: Pick<View, "id" | "label">): HTMLButtonElement {
   return make(
     "button",
     { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": "stage" },

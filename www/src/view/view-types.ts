@@ -25,13 +25,13 @@ export interface Opened {
   close?(): void;
 }
 
-/** A visualization of an outcome. */
-export interface View {
+/** A visualization of an outcome: of two photos, unless it says otherwise. */
+export interface View<O = Outcome> {
   readonly id: string;
   readonly label: string;
   /** The result, or a step of the method. */
   readonly group: "result" | "steps";
   /** Whether the view is available (default: always). */
-  isAvailable?(outcome: Outcome): boolean;
-  open(outcome: Outcome, view: ViewContext): Promise<Opened>;
+  isAvailable?(outcome: O): boolean;
+  open(outcome: O, view: ViewContext): Promise<Opened>;
 }

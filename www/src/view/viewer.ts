@@ -6,7 +6,7 @@ import { clampView, fit, panned, zoomed, type Extent, type Viewport } from "./vi
 export interface Scene {
   readonly extent: Extent;
   /** Scenes of the same space share coordinates and the viewport. */
-  readonly space: "canvas" | "pair";
+  readonly space: "canvas" | "pair" | "graph";
   /** Draws the scene with the transform set; `pixel` is the size of a screen pixel. */
   draw(context: CanvasRenderingContext2D, pixel: number): void;
   /** The position of a divider that can be dragged, as a fraction of the frame's width. */

@@ -1,0 +1,50 @@
+import { stitchMany, type CallOptions, type Options } from "depthstitch";
+import { identityOf } from "../run/job.js";
+import { remembered } from "../run/results.js";
+import type { Message, State } from "../state.js";
+import { isReading, usablePhotos, type SetPhoto } from "./photo-set.js";
+
+/** The complete inputs of a stitch of many photos. */
+export interface ManyJob {
+  readonly photos: readonly SetPhoto[];
+  /** Index of the reference; null for the one in the middle. */
+  readonly reference: number | null;
+  readonly options: Partial<Options>;
+}
+
+/** The job for the present set and settings, or a message about what is missing. */
+export function prepareSet({ set, settings }: State): ManyJob | Message {
+  const note = (title: string, advice: string): Message => ({ tone: "note", title, advice });
+  if (!set) return note("There are no photos.", "Choose two or more.");
+  if (isReading(set)) {
+    return note("A photo is still being read.", "Press “Stitch again” in a moment.");
+  }
+  const photos = usablePhotos(set);
+  if (photos.length < 2) {
+    return {
+      tone: "error",
+      title: "At least two photos that can be used are needed.",
+      advice: "What is wrong with the others is said beside them. Add other photos.",
+    };
+  }
+  const reference = photos.findIndex(({ id }) => id === set.reference);
+  return { photos, reference: reference < 0 ? null : reference, options: settings.options };
+}
+
+/** The result of a job, computed unless it is cached. */
+export function manyResultOf({ photos, reference, options }: ManyJob, call: CallOptions) {
+  const contents = photos.flatMap(({ content }) => content ?? []);
+  const key = [
+    "many",
+    ...contents.map(identityOf),
+    `reference ${reference}`,
+    ...Object.entries(options)
+      .map((entry) => entry.join("="))
+      .sort(),
+  ].join(" ");
+  return remembered(key, () => {
+    // The focal length is estimated from all of them: that in EXIF data is often not that of the picture any more.
+    const inputs = contents.map(({ data, width, height }) => ({ data, width, height }));
+    return stitchMany(inputs, { ...options, reference, ...call });
+  });
+}

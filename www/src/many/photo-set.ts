@@ -1,0 +1,71 @@
+import type { Photo } from "../image-worker/contents.js";
+import type { Loaded, Slots } from "../state.js";
+
+/** The most that `stitchMany` takes. */
+export const mostPhotos = 30;
+
+/** A photo of a set, from the moment its file was chosen. */
+export interface SetPhoto {
+  /** Stays the same while the photo is in the set, so that what is decoded finds its place. */
+  readonly id: number;
+  readonly file: File;
+  readonly origin: Loaded<unknown>["origin"];
+  /** Null until it is decoded. */
+  readonly content: Photo | null;
+  /** Why it could not be decoded. */
+  readonly problem: string | null;
+}
+
+/** Three photos or more, in the order in which they were chosen. */
+export interface PhotoSet {
+  readonly photos: readonly SetPhoto[];
+  /** Id of the photo that the user chose as reference; null for the one in the middle. */
+  readonly reference: number | null;
+  /** The two photos that were there before, with their depth maps and matches, for the way back. */
+  readonly pair: Slots;
+}
+
+let last = 0;
+
+export function setPhoto(
+  file: File,
+  origin: SetPhoto["origin"],
+  content: Photo | null = null,
+): SetPhoto {
+  return { id: ++last, file, origin, content, problem: null };
+}
+
+/** The photos that are stitched: decoded, each picture once, thirty at most. */
+export function usablePhotos(set: PhotoSet): SetPhoto[] {
+  const unused = whyUnused(set);
+  return set.photos.filter(({ id, content }) => content !== null && !unused.has(id));
+}
+
+/** Whether a photo is still to be decoded. */
+export function isReading(set: PhotoSet): boolean {
+  const unused = whyUnused(set);
+  return set.photos.some(({ id, content }) => content === null && !unused.has(id));
+}
+
+/** Why photos of the set are not stitched, by their id: what can be told before stitching. */
+export function whyUnused({ photos }: PhotoSet): ReadonlyMap<number, string> {
+  const why = new Map<number, string>();
+  const seen = new Map<string, SetPhoto>();
+  let count = 0;
+  for (const photo of photos) {
+    const { id, content, problem } = photo;
+    const same = content && seen.get(content.fingerprint);
+    if (problem !== null) why.set(id, problem);
+    else if (same) why.set(id, `Not used: it is the same picture as ${same.file.name}.`);
+    else if (count === mostPhotos) {
+      why.set(
+        id,
+        `Not used: at most ${mostPhotos} photos can be stitched. Remove another one to use it.`,
+      );
+    } else {
+      count++;
+      if (content) seen.set(content.fingerprint, photo);
+    }
+  }
+  return why;
+}

@@ -1,0 +1,71 @@
+import type { Progress } from "depthstitch";
+import { NetworkError } from "../networks/client.js";
+import { filledMosaic } from "../run/fill.js";
+import type { Message, Running, Settings, Store } from "../state.js";
+import { errorMessage } from "../text/errors.js";
+import { fillStatus } from "../text/networks.js";
+import { seconds } from "../text/numbers.js";
+import { manyResultOf, prepareSet } from "./job.js";
+
+/** The most photos of which every pair is compared; of more, only promising pairs are, and not said how many. */
+const allPairs = 8;
+
+/** Stitches the present set of photos. */
+export async function stitchSet(
+  store: Store,
+  settings: Settings,
+  signal: AbortSignal,
+): Promise<void> {
+  const { set } = store.state;
+  const job = prepareSet({ ...store.state, settings });
+  if (!set || !("photos" in job)) {
+    store.set({ message: "photos" in job ? null : job });
+    return;
+  }
+  store.set({ running: { stage: "input", fraction: 0 }, message: null });
+  const start = performance.now();
+  const count = job.photos.length;
+  const { result, cached } = await manyResultOf(job, {
+    signal,
+    onProgress: (progress) => store.set({ running: running(progress, count) }),
+  });
+  let message: Message | null = null;
+  const mosaic = await filledMosaic(result, settings, signal, (progress) =>
+    store.set({
+      running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
+    }),
+  ).catch((error: unknown) => {
+    if (!(error instanceof NetworkError)) throw error;
+    message = errorMessage(error);
+    return result.mosaic;
+  });
+  const elapsed = performance.now() - start;
+  const { photos } = job;
+  store.set({
+    running: null,
+    status: cached ? "Done (reused the earlier result)" : `Done in ${seconds(elapsed)}`,
+    outcome: { kind: "many", result, mosaic, photos, set, settings, elapsed },
+    message,
+  });
+}
+
+/** Progress with the photo, or the pair of photos, that is worked on: each takes an equal part of a stage. */
+function running({ stage, fraction }: Progress, count: number): Running {
+  const at = (share: number, of: number, what: string) =>
+    `${what} ${Math.min(of, 1 + Math.floor(share * of + 1e-4))} of ${of}`;
+  const shown = { stage, fraction };
+  switch (stage) {
+    case "detect":
+      return { ...shown, detail: at(fraction, count, "photo") };
+    case "match":
+      // A fifth of the stage is for finding the pairs.
+      return count > allPairs
+        ? shown
+        : { ...shown, detail: at((fraction - 0.2) / 0.8, (count * (count - 1)) / 2, "pair") };
+    case "warp":
+    case "blend":
+      return { ...shown, detail: at(fraction, count - 1, "photo") };
+    default:
+      return shown;
+  }
+}

@@ -1,0 +1,142 @@
+import { imageTask } from "../image-worker/client.js";
+import { noSlots, photoSlots, type Slots, type State, type Store } from "../state.js";
+import { isReading, setPhoto, whyUnused, type PhotoSet, type SetPhoto } from "./photo-set.js";
+
+/** Adds photos to a set, removes them, and decodes those that are to be used. */
+export class SetLoader {
+  readonly #store: Store;
+  readonly #reading = new Set<number>();
+
+  constructor(store: Store) {
+    this.#store = store;
+  }
+
+  /** Starts a set of these files, with the photos of the two slots first if `keep`. */
+  start(files: readonly File[], keep: boolean): void {
+    const { slots } = this.#store.state;
+    const kept = keep
+      ? photoSlots.flatMap((slot) => {
+          const loaded = slots[slot];
+          return loaded?.origin === "own" ? [setPhoto(loaded.file, "own", loaded.content)] : [];
+        })
+      : [];
+    const photos = [...kept, ...files.map((file) => setPhoto(file, "own"))];
+    const pair = kept.length > 0 ? slots : noSlots;
+    this.#store.set({
+      set: { photos, reference: null, pair },
+      slots: noSlots,
+      problems: {},
+      message: null,
+      undo: null,
+    });
+    void this.read();
+  }
+
+  /** Adds files to the set. */
+  add(files: readonly File[]): void {
+    const { set } = this.#store.state;
+    if (!set) return this.start(files, true);
+    const photos = [...set.photos, ...files.map((file) => setPhoto(file, "own"))];
+    this.#store.set({ set: { ...set, photos }, message: null, undo: null });
+    void this.read();
+  }
+
+  /** Removes a photo, with a way back. Two photos that are left are two photos as before. */
+  remove(id: number): void {
+    const { set, slots, problems, outcome, status } = this.#store.state;
+    const removed = set?.photos.find((photo) => photo.id === id);
+    if (!set || !removed) return;
+    const photos = set.photos.filter((photo) => photo !== removed);
+    const reference = set.reference === id ? null : set.reference;
+    const back = () => {
+      this.#store.set({ set, slots, problems, outcome, status, message: null, undo: null });
+      void this.read();
+    };
+    this.#store.set({
+      ...asPair({ ...set, photos, reference }),
+      message: null,
+      undo: {
+        text: `Removed ${removed.file.name}.`,
+        choices: [{ label: "Undo", run: back }],
+      },
+    });
+    void this.read();
+  }
+
+  /** Chooses the photo in whose view all are shown; null for the one in the middle. */
+  chooseReference(reference: number | null): void {
+    const { set } = this.#store.state;
+    if (set) this.#store.set({ set: { ...set, reference } });
+  }
+
+  /** Decodes all photos again after the size limit has changed. */
+  reload(): void {
+    const { set } = this.#store.state;
+    if (!set) return;
+    const photos = set.photos.map((photo) => ({ ...photo, content: null }));
+    this.#store.set({ set: { ...set, photos } });
+    void this.read();
+  }
+
+  /** Decodes, one after another, what is to be used and is not decoded yet. */
+  async read(): Promise<void> {
+    for (;;) {
+      const { set, settings } = this.#store.state;
+      const next = set && this.#next(set);
+      if (!next) return;
+      this.#reading.add(next.id);
+      const limit = settings.photoLimit;
+      const decoded = await decode(next, limit);
+      this.#reading.delete(next.id);
+      const { state } = this.#store;
+      // A photo that was removed meanwhile, or is wanted at another size now.
+      if (!state.set || state.settings.photoLimit !== limit) continue;
+      const photos = state.set.photos.map((photo) =>
+        photo.id === next.id ? { ...photo, ...decoded } : photo,
+      );
+      this.#store.set(asPair({ ...state.set, photos }));
+    }
+  }
+
+  #next(set: PhotoSet): SetPhoto | undefined {
+    const unused = whyUnused(set);
+    return set.photos.find(
+      ({ id, content }) => content === null && !unused.has(id) && !this.#reading.has(id),
+    );
+  }
+}
+
+async function decode(
+  { file }: SetPhoto,
+  limit: number,
+): Promise<Pick<SetPhoto, "content"> | Pick<SetPhoto, "problem">> {
+  try {
+    return { content: await imageTask("decodePhoto", file, file.name, limit) };
+  } catch (error) {
+    return { problem: error instanceof Error ? error.message : String(error) };
+  }
+}
+
+/** The set as it is while it has three photos or more, or one is being read; otherwise in the two slots. */
+function asPair(set: PhotoSet): Pick<State, "set"> & Partial<State> {
+  if (set.photos.length > 2 || isReading(set)) return { set };
+  let slots: Slots = noSlots;
+  let problems: State["problems"] = {};
+  for (const [index, { file, origin, content, problem }] of set.photos.entries()) {
+    const slot = photoSlots[index] ?? "reference";
+    if (content) slots = { ...slots, [slot]: { file, origin, content } };
+    else if (problem !== null) problems = { ...problems, [slot]: problem };
+  }
+  return { set: null, slots: withBelongings(slots, set.pair), problems };
+}
+
+/** Two photos with the depth maps that they had before, and the matches if they are the same two. */
+function withBelongings(slots: Slots, pair: Slots): Slots {
+  const had = (slot: "target" | "reference") => slots[slot]?.content === pair[slot]?.content;
+  return {
+    ...slots,
+    ...(slots.target && had("target") && { targetDepth: pair.targetDepth }),
+    ...(slots.reference && had("reference") && { referenceDepth: pair.referenceDepth }),
+    ...(slots.target && had("target") && had("reference") && { matches: pair.matches }),
+  };
+}

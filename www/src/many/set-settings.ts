@@ -1,0 +1,52 @@
+import type { Options } from "depthstitch";
+import { OPTION_LIST } from "depthstitch/options";
+import { byId } from "../dom.js";
+import { makeControl, without } from "../panels/options.js";
+import type { Store } from "../state.js";
+import { isReading, usablePhotos } from "./photo-set.js";
+import type { SetLoader } from "./set-loader.js";
+
+/** Options that are offered beside the photos as well, if the core has them. */
+const beside: ReadonlySet<string> = new Set(["projection"]);
+
+/** Binds the choice of the reference, and of the options that belong beside the photos. */
+export function bindSetSettings(
+  store: Store,
+  loader: SetLoader,
+  defaults: Readonly<Options>,
+): void {
+  bindReference(store, loader);
+  const place = byId("set-options", HTMLElement);
+  for (const [name, spec] of OPTION_LIST) {
+    if (!beside.has(name)) continue;
+    const control = makeControl(place, name, spec, "set-option-");
+    place.addEventListener("change", () => {
+      const { options } = store.state.settings;
+      store.change({ options: { ...without(options, name), ...control.read(defaults) } });
+    });
+    store.subscribe(({ settings }) => control.write({ ...defaults, ...settings.options }));
+  }
+}
+
+function bindReference(store: Store, loader: SetLoader): void {
+  const select = byId("set-reference", HTMLSelectElement);
+  select.addEventListener("change", () =>
+    loader.chooseReference(select.value === "" ? null : Number(select.value)),
+  );
+  const hint = byId("set-count", HTMLElement);
+  store.subscribe(({ set, outcome }, before) => {
+    if (!set || (set === before.set && outcome === before.outcome)) return;
+    const usable = usablePhotos(set);
+    const entries = usable.map((photo) => {
+      const number = set.photos.indexOf(photo) + 1;
+      return new Option(`${number} · ${photo.file.name}`, String(photo.id));
+    });
+    select.replaceChildren(new Option("Automatic", ""), ...entries);
+    select.value = set.reference === null ? "" : String(set.reference);
+    hint.textContent = isReading(set)
+      ? "Reading…"
+      : usable.length === set.photos.length
+        ? String(set.photos.length)
+        : `${usable.length} of ${set.photos.length} can be used`;
+  });
+}

@@ -1,0 +1,30 @@
+import { byId, make } from "./dom.js";
+import type { State, Store } from "./state.js";
+
+/** Shows what can be undone, with its buttons. */
+export function bindUndo(store: Store): void {
+  const text = byId("undo-text", HTMLElement);
+  const actions = byId("undo-actions", HTMLElement);
+  store.subscribe(({ undo }, before) => {
+    if (undo === before.undo) return;
+    text.textContent = undo?.text ?? "";
+    actions.replaceChildren(
+      ...(undo?.choices ?? []).map(({ label, run }) => {
+        const button = make("button", { type: "button" }, label);
+        button.addEventListener("click", () => {
+          store.set({ undo: null });
+          run();
+          // The button is gone; the focus goes to where it came from, or to what has come back.
+          byId("undo", HTMLElement).focus();
+        });
+        return button;
+      }),
+    );
+  });
+}
+
+/** The photos and the result as they are, to come back to. */
+export function snapshot(state: State): Partial<State> {
+  const { slots, set, problems, settings, networkDepths, outcome, status } = state;
+  return { slots, set, problems, settings, networkDepths, outcome, status };
+}
