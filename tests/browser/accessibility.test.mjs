@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { gzipSync } from "node:zlib";
 import {
+  exampleFile,
   finished,
   openPanel,
   savedPicture,
@@ -22,6 +23,9 @@ const site = await startSite();
 after(() => site.close());
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** Three photos, of which the third is larger. */
+const threePhotos = [...smallPhotos, exampleFile("target.jpg")];
 
 /** What axe-core finds that is serious or worse. @param {Page} page */
 async function serious(page) {
@@ -54,6 +58,16 @@ for (const colorScheme of /** @type {const} */ (["light", "dark"])) {
     await page.setInputFiles("#targetDepth-file", smallFile("matches.csv"));
     await page.locator('[data-slot="targetDepth"] .bad').waitFor();
     assert.deepEqual(await serious(page), [], "with everything open");
+
+    await page.setInputFiles("#add-files", [
+      exampleFile("reference.jpg"),
+      smallFile("matches.csv"),
+    ]);
+    await page.locator("#result-source", { hasText: "of 3 photos" }).waitFor();
+    await page.locator("#pairs-panel > summary").click();
+    await page.locator("#tab-seam").click();
+    await page.locator(".swatches.names").waitFor();
+    assert.deepEqual(await serious(page), [], "with three photos");
     await close();
   });
 }
@@ -187,6 +201,17 @@ test("fits a phone without scrolling sideways", async () => {
     const frame = await page.locator("#frame").boundingBox();
     assert.ok(frame && frame.x >= 0 && frame.x + frame.width <= width && frame.width > 0.9 * width);
     await close();
+
+    const many = await site.open({
+      viewport: { width, height: 844 },
+      hasTouch: true,
+      isMobile: true,
+      files: threePhotos,
+    });
+    await many.page.locator("#pairs-panel > summary").click();
+    const wide = await many.page.evaluate(() => document.documentElement.scrollWidth);
+    assert.equal(wide, width, "with three photos");
+    await many.close();
   }
 });
 

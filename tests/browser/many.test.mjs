@@ -148,6 +148,12 @@ test("the graph of pairs is a drawing and a table, and the report has it all", a
 
 test("a photo that was left out says why beside its thumbnail", async () => {
   const { page, close } = await site.open({ files: [...three, unrelated] });
+  const [picture, words] = await Promise.all(
+    [".thumb", ".note"].map((part) =>
+      page.locator(".tile", { hasText: "rings.png" }).locator(part).boundingBox(),
+    ),
+  );
+  assert.ok(picture && words && picture.width > 60 && words.x >= picture.x + picture.width);
   assert.equal(
     await note(page, "rings.png").textContent(),
     "Left out. No common points with the other photos were found.",

@@ -40,11 +40,20 @@ export function labelsBitmap(
   labels: Bytes,
   colours: Uint8Array,
 ): Promise<ImageBitmap> {
-  const tints = Array.from({ length: colours.length / 3 }, (_, i) => {
-    const [red = 0, green = 0, blue = 0] = colours.subarray(3 * i, 3 * i + 3);
-    return [red, green, blue, 0.45] as const;
-  });
-  return tinted(mosaic, (i) => tints[(labels.data[i] ?? 0) - 1] ?? null);
+  const { data, width, height } = mosaic;
+  const out = new ImageData(width, height);
+  // Such a mosaic can have tens of millions of pixels, so this is a plain loop.
+  for (let i = 0, at = 0; i < labels.data.length; i++, at += 4) {
+    const from = 3 * ((labels.data[i] ?? 0) - 1);
+    const gray =
+      0.299 * (data[at] ?? 0) + 0.587 * (data[at + 1] ?? 0) + 0.114 * (data[at + 2] ?? 0);
+    for (let channel = 0; channel < 3; channel++) {
+      const tint = from < 0 ? 200 : (colours[from + channel] ?? 0);
+      out.data[at + channel] = 0.45 * tint + 0.55 * gray;
+    }
+    out.data[at + 3] = data[at + 3] ?? 0;
+  }
+  return createImageBitmap(out);
 }
 
 /** Draws an image in gray, with the colour and opacity that `tint` returns for each pixel, or faint where it returns none. */
