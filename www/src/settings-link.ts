@@ -11,10 +11,13 @@ const addressDelay = 300;
 /** Stores the settings in the fragment of the page's URL and reads them from it, except for files and networks. */
 export function bindSettingsLink(store: Store): void {
   const read = () => store.set({ settings: settingsOf(location.hash) });
-  if (location.hash.length > 1) read();
+  if (hasSettings(location.hash)) read();
   window.addEventListener("hashchange", () => {
-    if (linkOf(store.state.settings) !== location.hash.slice(1)) read();
+    const { hash } = location;
+    if (hash.length > 1 && !hasSettings(hash)) return;
+    if (linkOf(store.state.settings) !== hash.slice(1)) read();
   });
+  bindPlaces();
   let waiting = 0;
   store.subscribe(({ settings }, before) => {
     if (settings === before.settings) return;
@@ -25,6 +28,23 @@ export function bindSettingsLink(store: Store): void {
       if (link === location.hash.slice(1)) return;
       history.replaceState(null, "", link ? `#${link}` : location.pathname + location.search);
     }, addressDelay);
+  });
+}
+
+/** Whether a fragment holds settings rather than the name of a place in the page. */
+function hasSettings(hash: string): boolean {
+  return hash.includes("=");
+}
+
+/** Links to places in the page go there without a fragment, which belongs to the settings. */
+function bindPlaces(): void {
+  document.addEventListener("click", (event) => {
+    const link = event.target instanceof Element ? event.target.closest('a[href^="#"]') : null;
+    const place = link && document.getElementById(link.getAttribute("href")?.slice(1) ?? "");
+    if (!place) return;
+    event.preventDefault();
+    place.scrollIntoView({ block: "start" });
+    place.focus({ preventScroll: true });
   });
 }
 

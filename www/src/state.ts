@@ -193,8 +193,9 @@ export class Store {
     for (const listener of this.#listeners) listener(this.#state, before);
   }
 
+  /** Changes settings. What the page said about the earlier ones is no longer true. */
   change(settings: Partial<Settings>): void {
-    this.set({ settings: { ...this.#state.settings, ...settings } });
+    this.set({ settings: { ...this.#state.settings, ...settings }, message: null });
   }
 
   /** Calls `listener` now and after every change. */

@@ -2,7 +2,7 @@ import { byId, find } from "../dom.js";
 import { slotNames, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { Photo } from "../image-worker/contents.js";
-import { count, percent, size } from "../text/numbers.js";
+import { count, percent, size, smallAfterLimit } from "../text/numbers.js";
 import type { InputLoader } from "./load-inputs.js";
 import { drawThumbnail } from "./thumbnails.js";
 
@@ -165,9 +165,12 @@ function photoText({ width, height, original, focalLength35 }: Photo): string {
   return focalLength35 === null ? text : `${text}, ${Math.round(focalLength35)}\u00a0mm`;
 }
 
-/** A warning about a depth map that is usable but looks wrong. */
+/** A warning about a file that is usable but looks wrong. */
 async function warningAbout(slot: SlotName, { slots, settings }: State): Promise<string> {
-  if (slot !== "targetDepth" && slot !== "referenceDepth") return "";
+  if (slot === "target" || slot === "reference") {
+    return slots[slot] ? smallAfterLimit(slots[slot].content) : "";
+  }
+  if (slot === "matches") return "";
   const map = slots[slot]?.content;
   const photo = slots[slot === "targetDepth" ? "target" : "reference"]?.content;
   if (!map) return "";

@@ -67,6 +67,7 @@ export class InputLoader {
       const absent = theCase ? namesAbsent(theCase, placed) : [];
       if (theCase) this.#clearOthers(placed);
       await this.#load(placed, "own", theCase?.depth);
+      this.#reportProblems(placed);
       this.#reportReplaced(before, photos, photos.length === 1 ? 0 : own.length);
       this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
     } catch (error) {
@@ -112,6 +113,22 @@ export class InputLoader {
       ({ SetLoader }) => new SetLoader(this.#store),
     );
     return this.#sets;
+  }
+
+  /** Says in the message what is wrong with files whose cards are not in view: those that are no photos. */
+  #reportProblems(placed: Files): void {
+    const { problems } = this.#store.state;
+    const wrong = slotNames.filter((slot) => problems[slot] !== undefined && placed[slot]);
+    const hidden = wrong.filter((slot) => slot !== "target" && slot !== "reference");
+    if (hidden.length === 0) return;
+    const names = hidden.map((slot) => placed[slot]?.name ?? "").join(", ");
+    this.#store.set({
+      message: {
+        tone: "error",
+        title: `${names} cannot be used.`,
+        advice: hidden.map((slot) => problems[slot]).join(" "),
+      },
+    });
   }
 
   /** Offers the way back after photos have taken the place of others, and to keep both. */

@@ -1,6 +1,6 @@
 import { byId, context2d, make } from "../dom.js";
 import type { State, Store } from "../state.js";
-import { size } from "../text/numbers.js";
+import { size, smallAfterLimit } from "../text/numbers.js";
 import { whyUnused, type SetPhoto } from "./photo-set.js";
 import { whyLeftOut } from "./report-text.js";
 import type { SetLoader } from "./set-loader.js";
@@ -101,10 +101,11 @@ function fillTile(
   const leftOut = outcome?.kind === "many" && shownAs >= 0 ? whyLeftOut(outcome, shownAs) : "";
   const isReference = outcome?.kind === "many" && shownAs === outcome.result.reference;
   const reading = content === null && unused === undefined;
-  const words = unused ?? leftOut;
+  const words = (unused ?? leftOut) || (content ? smallAfterLimit(content) : "");
   const number = String(index + 1);
   tile.item.dataset["number"] = number;
-  tile.item.classList.toggle("unused", words !== "");
+  tile.item.classList.toggle("noted", words !== "");
+  tile.item.classList.toggle("unused", unused !== undefined || leftOut !== "");
   tile.item.classList.toggle("reference", isReference);
   tile.item.setAttribute("aria-busy", String(reading));
   tile.canvas.setAttribute("aria-label", `Photo ${number}`);

@@ -105,5 +105,7 @@ function bindMessage(store: Store): void {
     box.replaceChildren(
       ...(message ? [make("strong", {}, message.title), make("p", {}, message.advice)] : []),
     );
+    // What was pressed may be far below.
+    if (message?.tone === "error") box.scrollIntoView({ block: "nearest" });
   });
 }

@@ -41,6 +41,20 @@ export function count(value: number, one: string, many: string): string {
   return `${value} ${value === 1 ? one : many}`;
 }
 
+/** What is worth a word about a photo that was downscaled: a long one has few pixels left across. */
+export function smallAfterLimit(photo: {
+  readonly width: number;
+  readonly height: number;
+  readonly original: { readonly width: number; readonly height: number };
+}): string {
+  const { width, height, original } = photo;
+  const across = Math.min(width, height);
+  const before = Math.min(original.width, original.height);
+  return across < before && across < 600
+    ? `Used at ${size(photo)} only, as its longer side is reduced. Choose a larger photo size under Options.`
+    : "";
+}
+
 export function size({
   width,
   height,
