@@ -138,6 +138,76 @@ test("the tab key reaches all controls in order, with visible focus", async () =
   await close();
 });
 
+test("headings go down one level at a time", async () => {
+  const { page, close } = await site.open();
+  const levels = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll("h1, h2, h3, h4, h5, h6")]
+        .filter((heading) => heading.checkVisibility())
+        .map((heading) => Number(heading.tagName.slice(1))),
+    );
+  const check = async (/** @type {string} */ when) => {
+    const found = await levels();
+    assert.equal(found[0], 1, when);
+    for (const [i, level] of found.entries()) {
+      assert.ok(level <= (found[i - 1] ?? 0) + 1, `${when}: ${found.join()}`);
+    }
+  };
+  await check("at the start");
+  await page.setInputFiles("#many-files", smallPhotos);
+  await finished(page);
+  for (const name of /** @type {const} */ (["depth", "fill", "options"])) {
+    await openPanel(page, name);
+  }
+  await page.check('input[name="depth-source"][value="files"]');
+  await page.locator("#methods-panel > summary").click();
+  await page.locator("#methods-run").click();
+  await page.locator(".method").first().waitFor();
+  await check("with a result");
+  await close();
+});
+
+test("what a finger is to hit is 44 px high at least", async () => {
+  const { page, close } = await site.open({
+    viewport: { width: 390, height: 844 },
+    hasTouch: true,
+    isMobile: true,
+  });
+  const small = () =>
+    page.evaluate(() => {
+      const found = [];
+      for (const element of document.querySelectorAll(
+        'button, summary, select, input:not([type="file"]), .file-button > label, a[href]',
+      )) {
+        // A box or button is hit by its label as well.
+        const inLabel = element instanceof HTMLInputElement && element.closest("label");
+        const target = inLabel || element;
+        const { width, height } = target.getBoundingClientRect();
+        const shown = element.checkVisibility() && width > 1 && !element.matches(".skip-link");
+        if (shown && (height < 43.9 || width < 43.9)) {
+          found.push(`${element.id || element.textContent?.trim()}: ${width}×${height}`);
+        }
+      }
+      return found;
+    });
+  assert.deepEqual(await small(), [], "at the start");
+  await page.setInputFiles("#many-files", smallCase);
+  await finished(page);
+  for (const name of /** @type {const} */ (["depth", "fill", "options"])) {
+    await openPanel(page, name);
+  }
+  for (const summary of await page.locator("#options summary").all()) await summary.click();
+  await page.locator("#methods-panel > summary").click();
+  await page.locator("#report-panel > summary").click();
+  await page.locator("#tab-matches").click();
+  await page.locator("#view-controls .check").first().waitFor();
+  assert.deepEqual(await small(), [], "with a result");
+  await page.setInputFiles("#add-files", exampleFile("target.jpg"));
+  await page.locator("#result-source", { hasText: "of 3 photos" }).waitFor();
+  assert.deepEqual(await small(), [], "with three photos");
+  await close();
+});
+
 test("the page works by keyboard alone", async () => {
   const { page, close } = await site.open();
   await page.locator("#start-sample").focus();

@@ -14,18 +14,18 @@ test("saves the mosaic whole with transparency, or cropped without", async () =>
 
   await page.selectOption("#save-crop", "inner");
   const png = await saved(page, "#download-mosaic");
-  assert.equal(png.name, "stitched.png");
+  assert.equal(png.name, "target_reference-stitched.png");
   const inner = await decodeImage(png.bytes);
   assert.equal(transparent(inner), 0);
   assert.ok(inner.width * inner.height > 0.5 * whole.width * whole.height);
   assert.match(
     (await page.locator("#export-status").textContent()) ?? "",
-    /Saved stitched, \d+ × \d+/,
+    /Saved target_reference-stitched, \d+ × \d+/,
   );
 
   await page.selectOption("#save-format", "jpeg");
   const jpeg = await saved(page, "#download-mosaic");
-  assert.equal(jpeg.name, "stitched.jpg");
+  assert.equal(jpeg.name, "target_reference-stitched.jpg");
   assert.deepEqual([...jpeg.bytes.subarray(0, 2)], [0xff, 0xd8]);
   const { width, height } = await decodeImage(jpeg.bytes);
   assert.deepEqual([width, height], [inner.width, inner.height]);
@@ -39,10 +39,40 @@ function transparent({ data }) {
   return (4 * count) / data.length;
 }
 
+test("says beside Save what size it has, and what full size would give and take", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const words = () => page.locator("#save-size").textContent();
+  const size = (/** @type {string | null} */ text) =>
+    text
+      ?.match(/(\d+).×.(\d+) pixels/)
+      ?.slice(1)
+      .map(Number);
+  assert.ok(!(await page.locator("#full-size").isVisible()), "the photos are used whole");
+  await page.selectOption("#save-crop", "whole");
+  const full = size(await words());
+  const picture = await savedPicture(page);
+  assert.deepEqual(full, [picture.width, picture.height]);
+  await page.selectOption("#save-crop", "inner");
+  assert.notDeepEqual(size(await words()), full);
+
+  await openPanel(page, "options");
+  await page.evaluate(() => void (location.hash = "#page.photoLimit=160"));
+  await page
+    .locator("#save-size", { hasText: /downscaled to 67.%; at full size.*about \d+.s/ })
+    .waitFor();
+  const offered = size((await words())?.split("at full size")[1] ?? "");
+  await page.locator("#full-size").click();
+  await page.locator("#full-size").waitFor({ state: "hidden" });
+  const [width = 0] = size(await words()) ?? [];
+  assert.ok(Math.abs(width / (offered?.[0] ?? 0) - 1) < 0.15, `${width} for ${offered}`);
+  assert.equal(await page.inputValue("#photo-limit"), "0");
+  await close();
+});
+
 test("saves the report", async () => {
   const { page, close } = await site.open({ files: smallCase });
   const { name, bytes } = await saved(page, "#download-report");
-  assert.equal(name, "report.json");
+  assert.equal(name, "target_reference-report.json");
   const report = JSON.parse(bytes.toString());
   assert.equal(report.forward.h.length, 9);
   assert.equal(report.inliers.length, report.report.matches);

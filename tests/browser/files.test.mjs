@@ -62,6 +62,9 @@ test("takes the photos one by one, and asks for nothing else", async () => {
   const { page, complaints, close } = await site.open();
   await page.setInputFiles("#target-file", copied("target.jpg", "left.jpg"));
   await says(page, "target", "file", "left.jpg");
+  const next = page.locator("#next-hint");
+  assert.match((await next.textContent()) ?? "", /^left\.jpg is there\. Now add the second photo/);
+  assert.ok(await next.isVisible());
   assert.equal(await page.getAttribute("body", "data-phase"), "start");
   await page.setInputFiles("#reference-file", copied("reference.jpg", "right.jpg"));
   await finished(page);

@@ -89,6 +89,7 @@ test("three photos become one mosaic, of the bytes that Node makes", async () =>
   await page.selectOption("#save-crop", "inner");
   await page.selectOption("#save-format", "jpeg");
   const jpeg = await saved(page, "#download-mosaic");
+  assert.equal(jpeg.name, "IMG_1_to_IMG_3-stitched.jpg");
   const { inner } = expected.crop;
   const { width, height } = await decodeImage(jpeg.bytes);
   assert.deepEqual([width, height], [inner?.width, inner?.height]);

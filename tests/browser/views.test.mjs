@@ -218,9 +218,12 @@ test("blinks between the photos, and stands still for who prefers that", async (
   const still = await site.open({ files: smallPhotos, reducedMotion: "reduce" });
   await open(still.page, "blink");
   const photo = await shown(still.page);
+  const which = still.page.locator("#view-controls output");
+  assert.match((await which.textContent()) ?? "", /^Second photo/);
   await still.page.waitForTimeout(800);
   assert.equal((await shown(still.page)).sum, photo.sum);
   await still.page.getByRole("button", { name: "Other photo" }).click();
+  assert.match((await which.textContent()) ?? "", /^First photo/);
   assert.notEqual((await shown(still.page)).sum, photo.sum);
   await still.close();
 });

@@ -1,4 +1,4 @@
-import { byId, find } from "../dom.js";
+import { byId, find, make } from "../dom.js";
 import { slotNames, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { Photo } from "../image-worker/contents.js";
@@ -52,8 +52,28 @@ const texts: {
 /** Fills the five input cards and binds them to the state. */
 export function bindInputs(store: Store, loader: InputLoader): void {
   for (const slot of slotNames) bindCard(slot, store, loader);
+  bindNext(store);
   onFiles(byId("many-files", HTMLInputElement), (files) => void loader.loadMany(files));
   onFiles(byId("add-files", HTMLInputElement), (files) => void loader.loadMany(files, "add"));
+}
+
+/** Says what comes next once one photo is in. */
+function bindNext(store: Store): void {
+  const label = find(document, 'label[for="many-files"]', HTMLElement);
+  const hint = byId("next-hint", HTMLElement);
+  store.subscribe(({ slots: { target, reference } }, before) => {
+    if (target === before.slots.target && reference === before.slots.reference) return;
+    const one = Boolean(target) !== Boolean(reference);
+    label.textContent = one
+      ? target
+        ? "Add the second photo"
+        : "Add the first photo"
+      : "Choose photos";
+    const loaded = (target ?? reference)?.file.name ?? "";
+    hint.textContent = one
+      ? `${loaded} is there. Now add the ${target ? "second" : "first"} photo, taken from another place.`
+      : "";
+  });
 }
 
 function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
@@ -100,7 +120,13 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
 function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLElement | null {
   const { title, who, accept } = texts[slot];
   card.append(byId("card", HTMLTemplateElement).content.cloneNode(true));
-  const heading = find(card, "h3", HTMLElement);
+  let heading = find(card, '[data-part="title"]', HTMLElement);
+  if (slot === "target" || slot === "reference") {
+    // The photos are a section of their own, right below the title of the page.
+    const above = make("h2", { "data-part": "title" });
+    heading.replaceWith(above);
+    heading = above;
+  }
   heading.id = `${slot}-title`;
   heading.textContent = title;
   find(card, "canvas", HTMLElement).setAttribute("aria-labelledby", heading.id);

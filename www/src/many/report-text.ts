@@ -89,7 +89,7 @@ export function manyParagraphs(outcome: ManyOutcome): string[] {
     `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the reference, ${photos[result.reference]?.file.name ?? ""}, starts at ${offset.x}, ${offset.y}. ` +
       (voids > 0
         ? `${count(voids, "pixel", "pixels")} (${share}) inside the outline of the photos ${voids === 1 ? "is" : "are"} visible in none of them.`
-        : "There are no voids inside the outline of the photos."),
+        : "There are no gaps inside the outline of the photos."),
     `Total time: ${seconds(elapsed)}, in a worker of this page.`,
   ];
 }

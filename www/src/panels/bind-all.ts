@@ -12,6 +12,7 @@ import { bindFill } from "./fill.js";
 import { bindMethods } from "./methods.js";
 import { bindOptions } from "./options.js";
 import { bindPhotoLimit } from "./photo-limit.js";
+import { bindSaveSize } from "./save-size.js";
 import { bindReport } from "./report.js";
 
 /** Binds everything that belongs to a result: views, export, report and settings. */
@@ -25,6 +26,7 @@ export function bindPanels(
 ): void {
   const openView = bindTabs(store, runner, () => offerNetwork(store));
   bindExport(store, version);
+  bindSaveSize(store);
   bindReport(store);
   bindMethods(store, runner, openView);
   bindDepth(store, runner);

@@ -6,7 +6,9 @@ import type { Format, Rect } from "../image-worker/encode.js";
 import type { Rgba } from "../image-worker/paint.js";
 import { reportJson } from "../text/report.js";
 import { linkOf } from "../settings-link.js";
+import { baseName } from "../text/file-names.js";
 import { saveBlob } from "./download.js";
+import { savedPart } from "./save-size.js";
 
 const buttons = ["download-mosaic", "download-warped", "download-report"] as const;
 
@@ -42,21 +44,20 @@ export function bindExport(store: Store, version: string): void {
     });
   };
   onSave("download-mosaic", (outcome) => {
-    const part =
-      crop.value === "inner"
-        ? (outcome.result.crop.inner ?? whole(outcome.mosaic))
-        : whole(outcome.mosaic);
-    return saveImage(outcome.mosaic, part, "stitched");
+    const part = savedPart(outcome, crop.value);
+    return saveImage(outcome.mosaic, part, `${baseName(outcome)}-stitched`);
   });
   onSave("download-warped", (outcome) => {
     if (outcome.kind !== "pair") return;
     const { warped } = outcome.result;
-    return saveImage(warped, whole(warped), "warped");
+    return saveImage(warped, whole(warped), `${baseName(outcome)}-aligned`);
   });
   onSave("download-report", (outcome) => {
     const json =
       outcome.kind === "many" ? manyReportJson(outcome, version) : reportJson(outcome, version);
-    saveBlob(new Blob([json], { type: "application/json" }), "report.json");
+    const name = `${baseName(outcome)}-report.json`;
+    saveBlob(new Blob([json], { type: "application/json" }), name);
+    status.textContent = `Saved ${name}.`;
   });
   onClick(byId("copy-link", HTMLButtonElement), () => {
     const link = new URL(`#${linkOf(store.state.settings)}`, location.href);

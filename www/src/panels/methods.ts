@@ -59,7 +59,7 @@ function makeCard(label: string, hint: string): HTMLLIElement {
     "li",
     { class: "method" },
     make("canvas", { width: "4", height: "3", role: "img", "aria-label": `Result of: ${label}` }),
-    make("h4", {}, label),
+    make("h3", {}, label),
     make("p", { class: "muted" }, hint),
     make("p", { class: "agreement" }, "…"),
   );

@@ -10,9 +10,7 @@ export function depthStatus(progress: NetworkProgress, which: string): string {
 
 /** Status text while an inpainting network is fetched and run. */
 export function fillStatus(progress: NetworkProgress): string {
-  return progress.stage === "run"
-    ? "Inpainting voids"
-    : loading("the inpainting network", progress);
+  return progress.stage === "run" ? "Inpainting gaps" : loading("the inpainting network", progress);
 }
 
 function loading(what: string, { stage, loaded, total }: NetworkProgress): string {

@@ -50,7 +50,7 @@ export function smallAfterLimit(photo: {
   const { width, height, original } = photo;
   const across = Math.min(width, height);
   const before = Math.min(original.width, original.height);
-  return across < before && across < 600
+  return across < 0.5 * before && across < 600
     ? `Used at ${size(photo)} only, as its longer side is reduced. Choose a larger photo size under Options.`
     : "";
 }

@@ -15,8 +15,8 @@ export const stageText: Readonly<Record<Running["stage"], { name: string; doing:
   warp: { name: "Warp", doing: "Warping" },
   measure: { name: "Measure", doing: "Measuring the overlap" },
   blend: { name: "Blend", doing: "Blending the photos" },
-  fill: { name: "Fill voids", doing: "Filling voids" },
-  "model-fill": { name: "Inpainting network", doing: "Inpainting voids" },
+  fill: { name: "Fill gaps", doing: "Filling gaps" },
+  "model-fill": { name: "Inpainting network", doing: "Inpainting gaps" },
 };
 
 export const stages = Object.keys(stageText) as readonly Running["stage"][];
@@ -40,7 +40,7 @@ const modelText: Readonly<
     name: "From two views",
     under: "depth from the photos",
     sentence:
-      "The photos are aligned by a plane-plus-parallax model with depth estimated from the photos themselves. Outside their overlap depth is extrapolated smoothly.",
+      "The photos are aligned by a plane-plus-parallax model with depth estimated from the photos themselves. Outside their overlap distances are estimated.",
   },
   homography: {
     name: "Homography",
@@ -108,7 +108,7 @@ function canvasParagraph({ result: { offset, mosaic, voidMask }, settings }: Out
     `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the second photo starts at ${offset.x}, ${offset.y}. ` +
     (voids > 0
       ? `${count(voids, "pixel", "pixels")} (${share}) inside the outline of the first photo ${were} visible in neither photo and ${were} ${fillSentence(settings)}.`
-      : "There are no voids inside the outline of the first photo.")
+      : "There are no gaps inside the outline of the first photo.")
   );
 }
 

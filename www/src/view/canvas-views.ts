@@ -31,14 +31,15 @@ export const mosaicView: View = {
   async open(outcome, view) {
     const bitmap = await pictureBitmap(outcome.mosaic);
     const extent = canvasExtent(outcome);
-    const uncertain = outcome.result.report.model === "two-view";
-    const offer = make("button", { type: "button" }, "Repeat with depth maps…");
+    const { job, result } = outcome;
+    const uncertain = Boolean(result.targetDepth && !job.targetDepth);
+    const offer = make("button", { type: "button" }, "Improve with a depth model…");
     offer.addEventListener("click", () => view.offerDepth());
     return {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption:
         `The mosaic of both photos, ${size(outcome.mosaic)} pixels.` +
-        (uncertain ? " Depth is extrapolated where only the first photo is visible." : ""),
+        (uncertain ? " Distances are estimated where only the first photo is visible." : ""),
       controls: uncertain ? [offer] : [],
     };
   },
@@ -46,7 +47,7 @@ export const mosaicView: View = {
 
 export const warpView: View = {
   id: "warp",
-  label: "Warp",
+  label: "Aligned first photo",
   group: "steps",
   async open(outcome, view) {
     const { result, job } = outcome;
@@ -64,7 +65,7 @@ export const warpView: View = {
         },
       },
       caption:
-        "The first photo as seen by the camera of the second, with a warped regular grid. The grid bends where parallax changes; empty areas were occluded in the first photo.",
+        "The first photo as seen by the camera of the second, with a regular grid that is warped with it. The grid bends where parallax changes; empty areas were occluded in the first photo.",
       controls: [
         checkbox("Grid", grid, (on) => {
           grid = on;
@@ -98,7 +99,7 @@ function drawOutline(
 
 export const gainView: View = {
   id: "gain",
-  label: "Gain",
+  label: "Brightness",
   group: "steps",
   isAvailable: ({ result }) => result.gains.some((gain) => gain !== 1),
   async open(outcome, view) {
@@ -142,7 +143,7 @@ export const seamView: View = {
 
 export const voidsView: View<Outcome | ManyOutcome> = {
   id: "voids",
-  label: "Voids",
+  label: "Filled gaps",
   group: "steps",
   async open(outcome) {
     const bitmap = await voidsBitmap(outcome);
@@ -154,7 +155,7 @@ export const voidsView: View<Outcome | ManyOutcome> = {
       scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
       caption:
         voids === 0
-          ? `There are no voids: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`
+          ? `There are no gaps: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`
           : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in no photo and filled from the surroundings.`,
       controls: voids === 0 ? [] : [legend(["void", "visible in no photo"])],
     };

@@ -185,14 +185,20 @@ export const blinkView: View = {
     const { width, height } = job.reference;
     let first = false;
     let timer = 0;
+    const names = ["Second photo, the reference", "First photo, aligned"];
+    const words = () => names[Number(first)] ?? "";
+    const which = make("output", {}, words());
     const flip = () => {
       first = !first;
+      which.textContent = words();
       view.redraw();
     };
     const button = make("button", { type: "button" });
     const run = (on: boolean) => {
       clearInterval(timer);
       timer = on ? window.setInterval(flip, blinkTime) : 0;
+      // Said by screen readers when asked for, but not twice a second.
+      which.setAttribute("aria-live", on ? "off" : "polite");
       button.textContent = on ? "Stop" : "Blink";
     };
     button.addEventListener("click", () => run(timer === 0));
@@ -214,11 +220,12 @@ export const blinkView: View = {
           context.drawImage(reference, 0, 0, width, height);
           if (first) drawCanvas(context, warped, canvasExtent(outcome));
           context.restore();
+          drawLabel(context, words(), 0, "left");
         },
       },
       caption:
         "The overlap of the warped first photo and the second photo, shown alternately. Misaligned areas appear to move.",
-      controls: [button, step],
+      controls: [which, button, step],
       close: () => run(false),
     };
   },
