@@ -80,7 +80,7 @@ test("three photos become one mosaic, of the bytes that Node makes", async () =>
     "Mosaic",
     "Graph",
     "Seam",
-    "Voids",
+    "Filled gaps",
   ]);
   for (const only of ["#depth-panel", "#methods-panel", "#download-warped", "#figures", "#swap"]) {
     assert.ok(!(await page.locator(only).isVisible()), `${only} is of two photos`);
@@ -274,7 +274,7 @@ test("of more than thirty photos the first thirty are used, and the others wait"
   );
   await page.setInputFiles("#many-files", many);
   await page.locator("#message", { hasText: /./ }).waitFor();
-  assert.equal(await text(page, "#set-count"), "30 of 32 can be used");
+  assert.equal(await text(page, "#set-count"), "30 of 32 can be used, each at 1280\u00a0px");
   for (const name of ["flat_31.png", "flat_32.png"]) {
     assert.equal(
       await note(page, name).textContent(),
@@ -284,6 +284,27 @@ test("of more than thirty photos the first thirty are used, and the others wait"
   await page.getByRole("button", { name: "Remove photo 1, flat_01.png" }).click();
   await page.locator("#set-count", { hasText: "30 of 31" }).waitFor();
   assert.equal(await note(page, "flat_31.png").textContent(), "");
+  await close();
+});
+
+test("many photos are reduced further, and come back to their size when they are few again", async () => {
+  const { page, close } = await site.open();
+  const many = await Promise.all(
+    Array.from({ length: 11 }, async (_, i) => {
+      const data = new Uint8ClampedArray(4 * 1800 * 30).fill(20 * i + 1);
+      const name = `wide_${String(i + 1).padStart(2, "0")}.png`;
+      return written(name, await encodePng({ data, width: 1800, height: 30 }));
+    }),
+  );
+  await page.setInputFiles("#many-files", many);
+  await page.locator("#set-count", { hasText: "11, each at 1536" }).waitFor();
+  const used = page.locator(".tile .size").first();
+  assert.match((await used.getAttribute("title")) ?? "", /downscaled to 1536/);
+  await page.getByRole("button", { name: "Remove photo 11" }).click();
+  await page.locator("#set-count", { hasText: /^10$/ }).waitFor();
+  await page.waitForFunction(
+    () => document.querySelector(".tile .size")?.getAttribute("title") === "1800\u00a0×\u00a030",
+  );
   await close();
 });
 

@@ -1,5 +1,5 @@
 import type { Options, Progress, StitchManyResult, StitchResult } from "depthstitch";
-import type { PhotoSet, SetPhoto } from "./many/photo-set.js";
+import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js";
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { DepthMap, Photo } from "./image-worker/contents.js";
@@ -151,7 +151,7 @@ export const noSlots: Slots = {
 };
 
 export const defaultSettings: Settings = {
-  photoLimit: 2048,
+  photoLimit: defaultLimit,
   depthSource: "photos",
   depth: { kind: "inverse", invalid: null },
   depthModel: "small",

@@ -1,6 +1,8 @@
 import type { Photo } from "../image-worker/contents.js";
 import type { Loaded, Slots } from "../state.js";
 
+/** The limit that holds for two photos by default. */
+export const defaultLimit = 2048;
 /** The most that `stitchMany` takes. */
 export const mostPhotos = 30;
 
@@ -12,6 +14,8 @@ export interface SetPhoto {
   readonly origin: Loaded<unknown>["origin"];
   /** Null until it is decoded. */
   readonly content: Photo | null;
+  /** The size limit that it was decoded with. */
+  readonly limit: number;
   /** Why it could not be decoded. */
   readonly problem: string | null;
 }
@@ -19,6 +23,8 @@ export interface SetPhoto {
 /** Three photos or more, in the order in which they were chosen. */
 export interface PhotoSet {
   readonly photos: readonly SetPhoto[];
+  /** Longer side in pixels to which they are to be downscaled; 0 for no limit. */
+  readonly limit: number;
   /** Id of the photo that the user chose as reference; null for the one in the middle. */
   readonly reference: number | null;
   /** The two photos that were there before, with their depth maps and matches, for the way back. */
@@ -31,8 +37,23 @@ export function setPhoto(
   file: File,
   origin: SetPhoto["origin"],
   content: Photo | null = null,
+  limit = 0,
 ): SetPhoto {
-  return { id: ++last, file, origin, content, problem: null };
+  return { id: ++last, file, origin, content, limit, problem: null };
+}
+
+/** The size limit of a set: that of the settings, or less for many photos unless the user has chosen one. */
+export function limitOf(count: number, chosen: number): number {
+  if (chosen !== defaultLimit || count <= 10) return chosen;
+  return count <= 20 ? 1536 : 1280;
+}
+
+/** Whether a photo is to be decoded, for the first time or at another size. */
+export function isDue({ content, limit, problem }: SetPhoto, wanted: number): boolean {
+  if (!content) return problem === null;
+  const { original, width } = content;
+  const longer = Math.max(original.width, original.height);
+  return limit !== wanted && (width < original.width || (wanted > 0 && longer > wanted));
 }
 
 /** The photos that are stitched: decoded, each picture once, thirty at most. */
@@ -44,7 +65,7 @@ export function usablePhotos(set: PhotoSet): SetPhoto[] {
 /** Whether a photo is still to be decoded. */
 export function isReading(set: PhotoSet): boolean {
   const unused = whyUnused(set);
-  return set.photos.some(({ id, content }) => content === null && !unused.has(id));
+  return set.photos.some((photo) => isDue(photo, set.limit) && !unused.has(photo.id));
 }
 
 /** Why photos of the set are not stitched, by their id: what can be told before stitching. */

@@ -1,6 +1,14 @@
 import { imageTask } from "../image-worker/client.js";
 import { noSlots, photoSlots, type Slots, type State, type Store } from "../state.js";
-import { isReading, setPhoto, whyUnused, type PhotoSet, type SetPhoto } from "./photo-set.js";
+import {
+  isDue,
+  isReading,
+  limitOf,
+  setPhoto,
+  whyUnused,
+  type PhotoSet,
+  type SetPhoto,
+} from "./photo-set.js";
 
 /** Adds photos to a set, removes them, and decodes those that are to be used. */
 export class SetLoader {
@@ -13,17 +21,19 @@ export class SetLoader {
 
   /** Starts a set of these files, with the photos of the two slots first if `keep`. */
   start(files: readonly File[], keep: boolean): void {
-    const { slots } = this.#store.state;
+    const { slots, settings } = this.#store.state;
+    const { photoLimit } = settings;
     const kept = keep
       ? photoSlots.flatMap((slot) => {
           const loaded = slots[slot];
-          return loaded?.origin === "own" ? [setPhoto(loaded.file, "own", loaded.content)] : [];
+          if (loaded?.origin !== "own") return [];
+          return [setPhoto(loaded.file, "own", loaded.content, photoLimit)];
         })
       : [];
     const photos = [...kept, ...files.map((file) => setPhoto(file, "own"))];
     const pair = kept.length > 0 ? slots : noSlots;
     this.#store.set({
-      set: { photos, reference: null, pair },
+      set: this.#limited({ photos, limit: photoLimit, reference: null, pair }),
       slots: noSlots,
       problems: {},
       message: null,
@@ -37,7 +47,7 @@ export class SetLoader {
     const { set } = this.#store.state;
     if (!set) return this.start(files, true);
     const photos = [...set.photos, ...files.map((file) => setPhoto(file, "own"))];
-    this.#store.set({ set: { ...set, photos }, message: null, undo: null });
+    this.#store.set({ set: this.#limited({ ...set, photos }), message: null, undo: null });
     void this.read();
   }
 
@@ -53,7 +63,7 @@ export class SetLoader {
       void this.read();
     };
     this.#store.set({
-      ...asPair({ ...set, photos, reference }),
+      ...asPair(this.#limited({ ...set, photos, reference })),
       message: null,
       undo: {
         text: `Removed ${removed.file.name}.`,
@@ -72,36 +82,40 @@ export class SetLoader {
   /** Decodes all photos again after the size limit has changed. */
   reload(): void {
     const { set } = this.#store.state;
-    if (!set) return;
-    const photos = set.photos.map((photo) => ({ ...photo, content: null }));
-    this.#store.set({ set: { ...set, photos } });
+    if (set) this.#store.set({ set: this.#limited(set) });
     void this.read();
+  }
+
+  /** A set with the size limit for as many photos as it has. */
+  #limited(set: PhotoSet): PhotoSet {
+    const limit = limitOf(set.photos.length, this.#store.state.settings.photoLimit);
+    return limit === set.limit ? set : { ...set, limit };
   }
 
   /** Decodes, one after another, what is to be used and is not decoded yet. */
   async read(): Promise<void> {
     for (;;) {
-      const { set, settings } = this.#store.state;
+      const { set } = this.#store.state;
       const next = set && this.#next(set);
       if (!next) return;
+      const { limit } = set;
       this.#reading.add(next.id);
-      const limit = settings.photoLimit;
       const decoded = await decode(next, limit);
       this.#reading.delete(next.id);
-      const { state } = this.#store;
+      const { set: now } = this.#store.state;
       // A photo that was removed meanwhile, or is wanted at another size now.
-      if (!state.set || state.settings.photoLimit !== limit) continue;
-      const photos = state.set.photos.map((photo) =>
-        photo.id === next.id ? { ...photo, ...decoded } : photo,
+      if (now?.limit !== limit) continue;
+      const photos = now.photos.map((photo) =>
+        photo.id === next.id ? { ...photo, ...decoded, limit } : photo,
       );
-      this.#store.set(asPair({ ...state.set, photos }));
+      this.#store.set(asPair({ ...now, photos }));
     }
   }
 
   #next(set: PhotoSet): SetPhoto | undefined {
     const unused = whyUnused(set);
     return set.photos.find(
-      ({ id, content }) => content === null && !unused.has(id) && !this.#reading.has(id),
+      (photo) => isDue(photo, set.limit) && !unused.has(photo.id) && !this.#reading.has(photo.id),
     );
   }
 }

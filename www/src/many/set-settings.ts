@@ -34,7 +34,7 @@ function bindReference(store: Store, loader: SetLoader): void {
     loader.chooseReference(select.value === "" ? null : Number(select.value)),
   );
   const hint = byId("set-count", HTMLElement);
-  store.subscribe(({ set, outcome }, before) => {
+  store.subscribe(({ set, outcome, settings }, before) => {
     if (!set || (set === before.set && outcome === before.outcome)) return;
     const usable = usablePhotos(set);
     const entries = usable.map((photo) => {
@@ -43,10 +43,11 @@ function bindReference(store: Store, loader: SetLoader): void {
     });
     select.replaceChildren(new Option("Automatic", ""), ...entries);
     select.value = set.reference === null ? "" : String(set.reference);
+    const all = usable.length === set.photos.length;
+    const reduced = set.limit !== settings.photoLimit ? `, each at ${set.limit}\u00a0px` : "";
     hint.textContent = isReading(set)
       ? "Reading…"
-      : usable.length === set.photos.length
-        ? String(set.photos.length)
-        : `${usable.length} of ${set.photos.length} can be used`;
+      : (all ? String(usable.length) : `${usable.length} of ${set.photos.length} can be used`) +
+        reduced;
   });
 }

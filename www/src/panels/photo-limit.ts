@@ -13,13 +13,12 @@ export function bindPhotoLimit(store: Store, loader: InputLoader): void {
     }
     select.value = value;
     if (photoLimit === before.settings.photoLimit) return;
-    const loaded = set?.photos ?? [slots.target, slots.reference];
-    const affected = loaded.some((photo) => {
-      if (!photo?.content) return photo !== null;
-      const { original, width } = photo.content;
+    const affected = [slots.target, slots.reference].some((slot) => {
+      if (!slot) return false;
+      const { original, width } = slot.content;
       const longer = Math.max(original.width, original.height);
       return width < original.width || (photoLimit > 0 && longer > photoLimit);
     });
-    if (affected) void loader.reloadPhotos();
+    if (affected || set) void loader.reloadPhotos();
   });
 }
