@@ -10,6 +10,7 @@ import {
   drop,
   exampleFile,
   finished,
+  idle,
   openPanel,
   savedPicture,
   smallCase,
@@ -82,6 +83,17 @@ test("what is wrong with a dropped text file is said in view, at the start and l
   await drop(page, ".masthead", [notes]);
   await page.locator("#message", { hasText: /notes\.txt cannot be used.*header/ }).waitFor();
   assert.ok(await inView(page, "#message"));
+  await close();
+});
+
+test("what was ignored among dropped files is still said when the photos are stitched", async () => {
+  const { page, close } = await site.open();
+  const song = written("song.mp3", "la");
+  await drop(page, ".masthead", [...smallPhotos, song]);
+  await finished(page);
+  assert.match((await page.locator("#message").textContent()) ?? "", /Ignored: song\.mp3/);
+  await page.locator("#swap").click();
+  await idle(page);
   await close();
 });
 

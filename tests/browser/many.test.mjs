@@ -1,9 +1,9 @@
 // Three photos and more: a strip of thumbnails, one mosaic, and what became of each photo.
 import assert from "node:assert/strict";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { basename, join } from "node:path";
 import { after, test } from "node:test";
 import { crop, stitchMany } from "depthstitch";
 import { decodeImage, encodePng } from "depthstitch/codecs";
@@ -19,6 +19,7 @@ import {
   saved,
   savedPicture,
   smallCase,
+  smallFile,
   smallPhotos,
   startSite,
 } from "./page.mjs";
@@ -100,7 +101,7 @@ test("three photos become one mosaic, of the bytes that Node makes", async () =>
 test("the graph of pairs is a drawing and a table, and the report has it all", async () => {
   const { page, complaints, close } = await site.open({ files: [...three, unrelated] });
   await page.locator("#pairs-panel > summary").click();
-  const rows = await page.locator("#pair-rows tr").allInnerTexts();
+  const rows = await page.locator("#pairs tbody tr").allInnerTexts();
   assert.equal(rows.length, 6);
   assert.match(rows[0] ?? "", /IMG_\d\.png – \d · IMG_\d\.png\s+\d+\s+\d+\s+yes/);
   assert.match(rows.find((row) => row.includes("rings.png")) ?? "", /\sno$/);
@@ -161,6 +162,13 @@ test("a photo that was left out says why beside its thumbnail", async () => {
   );
   assert.equal(await text(page, "#result-source"), "3 of 4 photos, seen from IMG_2.png");
   assert.match(await text(page, "#many-figures"), /Photos3 of 4in the picture/);
+
+  // Nor can the others be shown from it.
+  await page.selectOption("#set-reference", { label: "4 · rings.png" });
+  await page.locator("#message.error", { hasText: /reference photo.*Choose another/ }).waitFor();
+  await page.selectOption("#set-reference", { label: "Automatic" });
+  await idle(page);
+  assert.equal(await text(page, "#message"), "");
   await close();
 });
 
@@ -223,6 +231,23 @@ test("a third photo joins two, and depth maps and matches come back when it goes
   assert.match(await text(page, "#depth-summary"), /files/);
   assertSame(await savedPicture(page), first);
   assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("a folder of a set is its photos: its case file is none of two, and its depth maps are told", async () => {
+  const { page, close } = await site.open();
+  const folder = join(scratch, "set");
+  mkdirSync(folder);
+  for (const file of three) copyFileSync(file, join(folder, basename(file)));
+  copyFileSync(smallFile("target_depth.png"), join(folder, "IMG_1_depth.png"));
+  writeFileSync(
+    join(folder, "case.json"),
+    JSON.stringify({ photos: three.map((file) => basename(file)) }),
+  );
+  await drop(page, ".masthead", [folder]);
+  await finished(page);
+  assert.match(await text(page, "#message"), /two photos only\. Ignored: IMG_1_depth\.png/);
+  assert.equal((await tiles(page)).length, 3);
   await close();
 });
 

@@ -79,6 +79,13 @@ export interface Message {
   readonly tone: "error" | "note";
   readonly title: string;
   readonly advice: string;
+  /** Whether it is about files, so that it stays while others are stitched. */
+  readonly lasting?: boolean;
+}
+
+/** What is left of the message when a run begins or ends well. */
+export function lastingMessage({ message }: State): Message | null {
+  return message?.lasting ? message : null;
 }
 
 /** A result of two photos with its inputs. */

@@ -58,7 +58,7 @@ export class InputLoader {
         else loader.start(photos, adds);
         if (!before.set && !adds) this.#reportReplaced(before, photos, own.length);
         this.#reportUnusedFiles(
-          files.filter((file) => !photos.includes(file)),
+          files.filter((file) => !photos.includes(file) && !isCaseFile(file)),
           [],
           photos.length,
         );
@@ -81,6 +81,7 @@ export class InputLoader {
       const before = this.#store.state;
       const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
       const theCase = await readCase(await fetchFile(folder, "case.json"));
+      if (!theCase) throw new InputFileError("It is not of two photos.");
       const files: { [K in SlotName]?: File } = {};
       await Promise.all(
         slotNames.map(async (slot) => {
@@ -124,6 +125,7 @@ export class InputLoader {
     const names = hidden.map((slot) => placed[slot]?.name ?? "").join(", ");
     this.#store.set({
       message: {
+        lasting: true,
         tone: "error",
         title: `${names} cannot be used.`,
         advice: hidden.map((slot) => problems[slot]).join(" "),
@@ -213,6 +215,7 @@ export class InputLoader {
     if (placed === 0) {
       this.#store.set({
         message: {
+          lasting: true,
           tone: "error",
           title: "None of these files can be used.",
           advice: `Photos are JPEG, PNG or WebP files; depth maps grayscale PNG, .npy or .pfm; matches CSV. Ignored: ${names || "no files"}.`,
@@ -221,6 +224,7 @@ export class InputLoader {
     } else if (absent.length > 0) {
       this.#store.set({
         message: {
+          lasting: true,
           tone: "error",
           title: "The case is incomplete.",
           advice: `Missing: ${absent.join(", ")}. Drop all files of the case together.`,
@@ -229,6 +233,7 @@ export class InputLoader {
     } else if (left.length > 0) {
       this.#store.set({
         message: {
+          lasting: true,
           tone: "note",
           title: "Some files were ignored.",
           advice: `${this.#store.state.set ? "Depth maps and matches are used with two photos only. " : ""}Ignored: ${names}.`,

@@ -8,9 +8,14 @@ export interface Case {
   readonly depth: DepthSettings;
 }
 
-/** Reads a `case.json`. The scale of its depth is ignored, as the geometry is the same for any scale. */
-export async function readCase(file: File): Promise<Case> {
-  const { target, reference, matches, depth } = asInputError(file, parseCase, await file.text());
+/**
+ * Reads a `case.json`. The scale of its depth is ignored, as the geometry is the same for any scale. One that lists `photos`
+ * is of more than two, which need no case: null.
+ */
+export async function readCase(file: File): Promise<Case | null> {
+  const text = await file.text();
+  if (/"photos"\s*:\s*\[/.test(text) && !/"target"\s*:/.test(text)) return null;
+  const { target, reference, matches, depth } = asInputError(file, parseCase, text);
   return {
     files: {
       target,

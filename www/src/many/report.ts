@@ -20,32 +20,57 @@ export function showManyReport(outcome: ManyOutcome): void {
   const linked = pairs.filter((pair) => pair.linked).length;
   byId("pairs-summary", HTMLElement).textContent =
     `${linked} of ${pairs.length} have enough points in common`;
-  byId("pair-rows", HTMLElement).replaceChildren(...pairRows(outcome));
-  byId("photo-rows", HTMLElement).replaceChildren(...photoRows(outcome));
-}
-
-function pairRows(outcome: ManyOutcome): HTMLTableRowElement[] {
-  const name = (index: number) => `${index + 1} · ${outcome.photos[index]?.file.name ?? ""}`;
-  return sortedPairs(outcome).map(({ photos, matches, inliers, linked }) =>
-    row(photos.map(name).join(" – "), [String(matches), String(inliers), linked ? "yes" : "no"]),
+  byId("pairs", HTMLElement).replaceChildren(
+    table(
+      "Pairs that were compared",
+      ["Photos", "Matches", "Inliers", "Enough"],
+      pairRows(outcome),
+    ),
+  );
+  byId("photos-table", HTMLElement).replaceChildren(
+    table("Photos", ["Photo", "State", "Focal length, px", "Error"], photoRows(outcome)),
   );
 }
 
-function photoRows(outcome: ManyOutcome): HTMLTableRowElement[] {
-  return outcome.result.photos.map(({ used, error, focalLength }, index) =>
-    row(`${index + 1} · ${outcome.photos[index]?.file.name ?? ""}`, [
-      used ? "used" : whyLeftOut(outcome, index),
-      focalLength === null ? "–" : String(Math.round(focalLength)),
-      error === null ? "–" : pixels(error),
-    ]),
-  );
+type Row = readonly [name: string, ...cells: string[]];
+
+function pairRows(outcome: ManyOutcome): Row[] {
+  return sortedPairs(outcome).map(({ photos, matches, inliers, linked }) => [
+    photos.map((index) => photoName(outcome, index)).join(" – "),
+    String(matches),
+    String(inliers),
+    linked ? "yes" : "no",
+  ]);
 }
 
-function row(name: string, cells: readonly string[]): HTMLTableRowElement {
+function photoRows(outcome: ManyOutcome): Row[] {
+  return outcome.result.photos.map(({ used, error, focalLength }, index) => [
+    photoName(outcome, index),
+    used ? "used" : whyLeftOut(outcome, index),
+    focalLength === null ? "–" : String(Math.round(focalLength)),
+    error === null ? "–" : pixels(error),
+  ]);
+}
+
+function photoName({ photos }: ManyOutcome, index: number): string {
+  return `${index + 1} · ${photos[index]?.file.name ?? ""}`;
+}
+
+function table(caption: string, columns: readonly string[], rows: readonly Row[]): HTMLElement {
+  const head = columns.map((name) => make("th", { scope: "col" }, name));
+  const body = rows.map(([name, ...cells]) =>
+    make(
+      "tr",
+      {},
+      make("th", { scope: "row" }, name),
+      ...cells.map((cell) => make("td", {}, cell)),
+    ),
+  );
   return make(
-    "tr",
-    {},
-    make("th", { scope: "row" }, name),
-    ...cells.map((cell) => make("td", {}, cell)),
+    "table",
+    { class: "numbers" },
+    make("caption", {}, caption),
+    make("thead", {}, make("tr", {}, ...head)),
+    make("tbody", {}, ...body),
   );
 }

@@ -1,7 +1,7 @@
-import type { Progress } from "depthstitch";
+import { StitchError, type Progress } from "depthstitch";
 import { NetworkError } from "../networks/client.js";
 import { filledMosaic } from "../run/fill.js";
-import type { Message, Running, Settings, Store } from "../state.js";
+import { lastingMessage, type Message, type Running, type Settings, type Store } from "../state.js";
 import { errorMessage } from "../text/errors.js";
 import { fillStatus } from "../text/networks.js";
 import { seconds } from "../text/numbers.js";
@@ -22,14 +22,21 @@ export async function stitchSet(
     store.set({ message: "photos" in job ? null : job });
     return;
   }
-  store.set({ running: { stage: "input", fraction: 0 }, message: null });
+  store.set({ running: { stage: "input", fraction: 0 }, message: lastingMessage(store.state) });
   const start = performance.now();
   const count = job.photos.length;
-  const { result, cached } = await manyResultOf(job, {
+  const stitched = await manyResultOf(job, {
     signal,
     onProgress: (progress) => store.set({ running: running(progress, count) }),
+  }).catch((error: unknown) => {
+    if (signal.aborted || job.reference === null || !isNoConsensus(error)) throw error;
+    const shown = store.state.outcome ? " The previous result is shown." : "";
+    store.set({ running: null, status: `Not stitched.${shown}`, message: lonelyReference });
+    return null;
   });
-  let message: Message | null = null;
+  if (!stitched) return;
+  const { result, cached } = stitched;
+  let message = lastingMessage(store.state);
   const mosaic = await filledMosaic(result, settings, signal, (progress) =>
     store.set({
       running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
@@ -48,6 +55,16 @@ export async function stitchSet(
     message,
   });
 }
+
+function isNoConsensus(error: unknown): boolean {
+  return error instanceof StitchError && error.code === "no-consensus";
+}
+
+const lonelyReference: Message = {
+  tone: "error",
+  title: "No common points of the reference photo and the others were found.",
+  advice: "Choose another reference photo or “Automatic”, or add photos from in between.",
+};
 
 /** Progress with the photo, or the pair of photos, that is worked on: each takes an equal part of a stage. */
 function running({ stage, fraction }: Progress, count: number): Running {

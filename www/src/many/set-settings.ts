@@ -1,8 +1,8 @@
-import type { Options } from "depthstitch";
 import { OPTION_LIST } from "depthstitch/options";
 import { byId } from "../dom.js";
 import { makeControl, without } from "../panels/options.js";
-import type { Store } from "../state.js";
+import type { Runner } from "../run/run.js";
+import type { Settings, Store } from "../state.js";
 import { isReading, usablePhotos } from "./photo-set.js";
 import type { SetLoader } from "./set-loader.js";
 
@@ -10,21 +10,25 @@ import type { SetLoader } from "./set-loader.js";
 const beside: ReadonlySet<string> = new Set(["projection"]);
 
 /** Binds the choice of the reference, and of the options that belong beside the photos. */
-export function bindSetSettings(
-  store: Store,
-  loader: SetLoader,
-  defaults: Readonly<Options>,
-): void {
+export function bindSetSettings(store: Store, loader: SetLoader, runner: Runner): void {
   bindReference(store, loader);
   const place = byId("set-options", HTMLElement);
   for (const [name, spec] of OPTION_LIST) {
     if (!beside.has(name)) continue;
     const control = makeControl(place, name, spec, "set-option-");
-    place.addEventListener("change", () => {
-      const { options } = store.state.settings;
-      store.change({ options: { ...without(options, name), ...control.read(defaults) } });
+    const standard = ({ options }: Settings) => ({
+      [name]: (options.mode === "paper" ? spec.paper : undefined) ?? spec.default,
     });
-    store.subscribe(({ settings }) => control.write({ ...defaults, ...settings.options }));
+    place.addEventListener("change", () => {
+      const { settings } = store.state;
+      const options = { ...without(settings.options, name), ...control.read(standard(settings)) };
+      store.change({ options });
+      // As with the reference beside it.
+      void runner.stitchAutomatically();
+    });
+    store.subscribe(({ settings }) =>
+      control.write({ ...standard(settings), ...settings.options }),
+    );
   }
 }
 

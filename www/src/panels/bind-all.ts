@@ -34,5 +34,5 @@ export function bindPanels(
   bindOptions(store, defaults);
   bindPhotoLimit(store, loader);
   bindStrip(store, sets);
-  bindSetSettings(store, sets, defaults);
+  bindSetSettings(store, sets, runner);
 }

@@ -14,9 +14,9 @@ import { count } from "../text/numbers.js";
 
 /** A control of one option. */
 export interface Control {
-  write(options: Readonly<Options>): void;
+  write(options: Readonly<Partial<Options>>): void;
   /** The option if it differs from the defaults. */
-  read(defaults: Readonly<Options>): Partial<Options>;
+  read(defaults: Readonly<Partial<Options>>): Partial<Options>;
 }
 
 /** Every group, so that no option of the table is missing from the form. */

@@ -4,8 +4,8 @@ import { NetworkError, runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import {
   depthNetworkOf,
+  lastingMessage,
   photoSlots,
-  type Message,
   type Outcome,
   type Settings,
   type State,
@@ -51,7 +51,8 @@ export class Runner {
     await this.#queue(async (signal) => {
       const { status } = this.#store.state;
       value = await work({ signal, onProgress: (running) => this.#store.set({ running }) });
-      this.#store.set({ running: null, status, message: null });
+      const message = lastingMessage(this.#store.state);
+      this.#store.set({ running: null, status, message });
     });
     return value;
   }
@@ -105,7 +106,8 @@ export class Runner {
       return;
     }
     const cached = isCached(job);
-    this.#store.set({ running: { stage: "input", fraction: 0 }, message: null });
+    const lasting = lastingMessage(this.#store.state);
+    this.#store.set({ running: { stage: "input", fraction: 0 }, message: lasting });
     const start = performance.now();
     const result = await resultOf(job, {
       signal,
@@ -115,7 +117,7 @@ export class Runner {
       this.#store.set({
         running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
       });
-    let message: Message | null = null;
+    let message = lastingMessage(this.#store.state);
     const mosaic = await filledMosaic(result, settings, signal, report).catch((error: unknown) => {
       if (!(error instanceof NetworkError)) throw error;
       // The mosaic filled by the core is available in any case.
@@ -134,7 +136,7 @@ export class Runner {
     const network = depthNetworkOf(settings);
     const { slots } = this.#store.state;
     const photos = photoSlots.flatMap((slot) => slots[slot]?.content ?? []);
-    this.#store.set({ message: null });
+    this.#store.set({ message: lastingMessage(this.#store.state) });
     for (const [index, photo] of photos.entries()) {
       const estimated = this.#store.state.networkDepths.get(photo);
       if (estimated?.model === network) continue;

@@ -12,7 +12,7 @@ export const stageText: Readonly<Record<Running["stage"], { name: string; doing:
   estimate: { name: "Fit geometry", doing: "Fitting the geometry" },
   depth: { name: "Depth from the photos", doing: "Computing depth from the photos" },
   refine: { name: "Refine depth", doing: "Refining depth" },
-  warp: { name: "Warp", doing: "Warping" },
+  warp: { name: "Warp", doing: "Warping into one view" },
   measure: { name: "Measure", doing: "Measuring the overlap" },
   blend: { name: "Blend", doing: "Blending the photos" },
   fill: { name: "Fill gaps", doing: "Filling gaps" },
