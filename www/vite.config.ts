@@ -15,6 +15,7 @@ const policy = [
   "connect-src 'self' https:",
   "style-src 'self'",
   "img-src 'self'",
+  "manifest-src 'self'",
   "base-uri 'none'",
   "form-action 'none'",
 ].join("; ");
@@ -55,7 +56,12 @@ const serviceWorker: Plugin = {
       fileName: "service-worker.js",
       source: code.replace("__VERSION__", hash.digest("hex").slice(0, 16)).replace(
         "__FILES__",
-        JSON.stringify(["./", "icon.svg", ...files.filter((name) => name !== "index.html")])
+        JSON.stringify([
+          "./",
+          "icon.svg",
+          "manifest.webmanifest",
+          ...files.filter((name) => name !== "index.html"),
+        ])
           .slice(1, -1)
           .replaceAll('"', "")
           .replaceAll(",", " "),

@@ -310,6 +310,19 @@ test("loads in 260 KB", async () => {
   await close();
 });
 
+test("can be installed", async () => {
+  const { page, complaints, close } = await site.open();
+  const devtools = await page.context().newCDPSession(page);
+  const { errors, data, url } = await devtools.send("Page.getAppManifest");
+  assert.deepEqual(errors, []);
+  const { name, display, start_url: start, icons } = JSON.parse(data ?? "");
+  assert.deepEqual([name, display], ["depthstitch", "standalone"]);
+  assert.equal(new URL(start, url).href, site.url);
+  assert.ok((await page.request.get(new URL(icons[0].src, url).href)).ok());
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
 test("once loaded it works offline", async () => {
   const own = await startSite();
   try {

@@ -2,7 +2,15 @@
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
 import { decodeImage } from "depthstitch/codecs";
-import { openPanel, saved, savedPicture, smallCase, smallPhotos, startSite } from "./page.mjs";
+import {
+  finished,
+  openPanel,
+  saved,
+  savedPicture,
+  smallCase,
+  smallPhotos,
+  startSite,
+} from "./page.mjs";
 
 const site = await startSite();
 after(() => site.close());
@@ -67,6 +75,41 @@ test("says beside Save what size it has, and what full size would give and take"
   assert.ok(Math.abs(width / (offered?.[0] ?? 0) - 1) < 0.15, `${width} for ${offered}`);
   assert.equal(await page.inputValue("#photo-limit"), "0");
   await close();
+});
+
+test("copies the picture, and shares it where the browser can", async () => {
+  const { page, close } = await site.open({
+    files: smallPhotos,
+    permissions: ["clipboard-read", "clipboard-write"],
+  });
+  const whole = await savedPicture(page);
+  await page.locator("#copy-mosaic").click();
+  await page.locator("#export-status", { hasText: /^Copied, \d+ × \d+/ }).waitFor();
+  const [width, height] = await page.evaluate(async () => {
+    const [item] = await navigator.clipboard.read();
+    const bitmap = await createImageBitmap((await item?.getType("image/png")) ?? new Blob());
+    return [bitmap.width, bitmap.height];
+  });
+  assert.deepEqual([width, height], [whole.width, whole.height]);
+  await close();
+
+  const phone = await site.open();
+  await phone.page.evaluate(() => {
+    Object.assign(navigator, {
+      canShare: () => true,
+      share: (/** @type {{ files: File[] }} */ { files }) => {
+        document.body.dataset.shared = `${files[0]?.name} ${files[0]?.type}`;
+        return Promise.resolve();
+      },
+    });
+  });
+  await phone.page.setInputFiles("#many-files", smallPhotos);
+  await finished(phone.page);
+  await phone.page.locator("#share-mosaic").click();
+  await phone.page
+    .locator('body[data-shared="target_reference-stitched.jpg image/jpeg"]')
+    .waitFor();
+  await phone.close();
 });
 
 test("saves the report", async () => {

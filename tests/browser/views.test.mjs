@@ -168,6 +168,18 @@ test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place fr
   await close();
 });
 
+test("what will be saved is drawn on the mosaic", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await open(page, "mosaic");
+  const cropped = await shown(page);
+  await page.selectOption("#save-crop", "whole");
+  const whole = await shown(page);
+  assert.notEqual(whole.sum, cropped.sum, "a frame around the largest rectangle");
+  await page.selectOption("#save-crop", "inner");
+  assert.equal((await shown(page)).sum, cropped.sum);
+  await close();
+});
+
 test("tabs are walked by arrow keys", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   await page.locator("#tab-mosaic").focus();

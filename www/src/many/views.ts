@@ -5,6 +5,7 @@ import { count, size } from "../text/numbers.js";
 import { labelsBitmap, pictureBitmap } from "../view/bitmaps.js";
 import { canvasExtent, drawCanvas } from "../view/canvas-views.js";
 import { checkbox } from "../view/controls.js";
+import { cropOutline } from "../view/crop-outline.js";
 import type { View } from "../view/view-types.js";
 import { cssColour, photoColour } from "./colours.js";
 import { usedCount } from "./report-text.js";
@@ -13,13 +14,22 @@ export const manyMosaicView: View<ManyOutcome> = {
   id: "mosaic",
   label: "Mosaic",
   group: "result",
-  async open(outcome) {
+  async open(outcome, view) {
     const bitmap = await pictureBitmap(outcome.mosaic);
     const extent = canvasExtent(outcome);
     const { result, photos } = outcome;
     const reference = photos[result.reference]?.file.name ?? "";
+    const saved = cropOutline(outcome, view);
     return {
-      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      scene: {
+        extent,
+        space: "canvas",
+        draw(context, pixel) {
+          drawCanvas(context, bitmap, extent);
+          saved.draw(context, pixel);
+        },
+      },
+      close: saved.close,
       caption: `The mosaic of ${count(usedCount(outcome), "photo", "photos")}, seen from ${reference}, ${size(outcome.mosaic)} pixels.`,
     };
   },

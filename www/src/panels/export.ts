@@ -10,7 +10,13 @@ import { baseName } from "../text/file-names.js";
 import { saveBlob } from "./download.js";
 import { savedPart } from "./save-size.js";
 
-const buttons = ["download-mosaic", "download-warped", "download-report"] as const;
+const buttons = [
+  "download-mosaic",
+  "copy-mosaic",
+  "share-mosaic",
+  "download-warped",
+  "download-report",
+] as const;
 
 /** Binds the export of the mosaic, the warped photo, the report, and a link to the settings. */
 export function bindExport(store: Store, version: string): void {
@@ -23,10 +29,12 @@ export function bindExport(store: Store, version: string): void {
     for (const id of buttons) setEnabled(byId(id, HTMLButtonElement), outcome !== null);
   });
 
+  const chosenFormat = (): Format => (format.value === "png" ? "png" : "jpeg");
+  const encoded = ({ data, width, height }: Rgba, part: Rect, type: Format) =>
+    imageTask("encode", { data, width, height }, part, type);
   const saveImage = async (image: Rgba, part: Rect, name: string) => {
-    const type: Format = format.value === "png" ? "png" : "jpeg";
-    const { data, width, height } = image;
-    const blob = await imageTask("encode", { data, width, height }, part, type);
+    const type = chosenFormat();
+    const blob = await encoded(image, part, type);
     saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
     status.textContent = `Saved ${name}, ${part.width} × ${part.height} pixels.`;
   };
@@ -39,7 +47,7 @@ export function bindExport(store: Store, version: string): void {
       if (!outcome) return;
       Promise.resolve(save(outcome)).catch((error: unknown) => {
         const reason = error instanceof Error ? error.message : String(error);
-        status.textContent = `Not saved: ${reason}`;
+        status.textContent = `That did not work: ${reason}`;
       });
     });
   };
@@ -47,6 +55,25 @@ export function bindExport(store: Store, version: string): void {
     const part = savedPart(outcome, crop.value);
     return saveImage(outcome.mosaic, part, `${baseName(outcome)}-stitched`);
   });
+  onSave("copy-mosaic", async (outcome) => {
+    const part = savedPart(outcome, crop.value);
+    // The clipboard takes PNG only. The promise is passed on, as Safari forgets the click while it waits.
+    const png = encoded(outcome.mosaic, part, "png");
+    await navigator.clipboard.write([new ClipboardItem({ "image/png": png })]);
+    status.textContent = `Copied, ${part.width} × ${part.height} pixels.`;
+  });
+  onSave("share-mosaic", async (outcome) => {
+    const type = chosenFormat();
+    const blob = await encoded(outcome.mosaic, savedPart(outcome, crop.value), type);
+    const name = `${baseName(outcome)}-stitched.${type === "png" ? "png" : "jpg"}`;
+    try {
+      await navigator.share({ files: [new File([blob], name, { type: blob.type })] });
+    } catch (error) {
+      // Whoever closes the list of targets does not want to hear about it.
+      if (!(error instanceof DOMException && error.name === "AbortError")) throw error;
+    }
+  });
+  byId("share-mosaic", HTMLButtonElement).hidden = !canShare();
   onSave("download-warped", (outcome) => {
     if (outcome.kind !== "pair") return;
     const { warped } = outcome.result;
@@ -67,6 +94,12 @@ export function bindExport(store: Store, version: string): void {
         void (status.textContent = "Copy the URL of this page instead: it contains the settings."),
     );
   });
+}
+
+/** Whether the browser can pass pictures to other programs; those of desktops mostly cannot. */
+function canShare(): boolean {
+  const sample = new File([], "sample.jpg", { type: "image/jpeg" });
+  return "canShare" in navigator && navigator.canShare({ files: [sample] });
 }
 
 function whole({ width, height }: Rgba): Rect {

@@ -5,6 +5,7 @@ import { countSet } from "../text/report.js";
 import type { ManyOutcome, Outcome } from "../state.js";
 import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
 import { checkbox, legend, scale } from "./controls.js";
+import { cropOutline, drawOutline } from "./crop-outline.js";
 import { drawGrid } from "./grid.js";
 import type { View } from "./view-types.js";
 import type { Extent } from "./viewport.js";
@@ -35,8 +36,17 @@ export const mosaicView: View = {
     const uncertain = Boolean(result.targetDepth && !job.targetDepth);
     const offer = make("button", { type: "button" }, "Improve with a depth model…");
     offer.addEventListener("click", () => view.offerDepth());
+    const saved = cropOutline(outcome, view);
     return {
-      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      scene: {
+        extent,
+        space: "canvas",
+        draw(context, pixel) {
+          drawCanvas(context, bitmap, extent);
+          saved.draw(context, pixel);
+        },
+      },
+      close: saved.close,
       caption:
         `The mosaic of both photos, ${size(outcome.mosaic)} pixels.` +
         (uncertain ? " Distances are estimated where only the first photo is visible." : ""),
@@ -61,7 +71,8 @@ export const warpView: View = {
         draw(context, pixel) {
           drawCanvas(context, bitmap, extent);
           if (grid) drawGrid(context, outcome, pixel);
-          if (outline) drawOutline(context, job.reference, pixel);
+          const { width, height } = job.reference;
+          if (outline) drawOutline(context, { x: 0, y: 0, width, height }, pixel);
         },
       },
       caption:
@@ -79,23 +90,6 @@ export const warpView: View = {
     };
   },
 };
-
-function drawOutline(
-  context: CanvasRenderingContext2D,
-  { width, height }: { readonly width: number; readonly height: number },
-  pixel: number,
-): void {
-  for (const [colour, dash] of [
-    ["rgb(0 0 0 / 0.6)", []],
-    ["#fff", [6 * pixel, 4 * pixel]],
-  ] as const) {
-    context.strokeStyle = colour;
-    context.lineWidth = 1.5 * pixel;
-    context.setLineDash([...dash]);
-    context.strokeRect(0, 0, width, height);
-  }
-  context.setLineDash([]);
-}
 
 export const gainView: View = {
   id: "gain",
