@@ -64,6 +64,7 @@ fn brute_force(target: &Features, reference: &Features, options: &MatchOptions) 
     pairs
 }
 
+/// The search looks for the nearest in some coefficients first: whatever it finds is right, and hardly any is missed.
 #[test]
 fn matches_are_those_of_the_definition() {
     let speckle = speckle();
@@ -82,7 +83,14 @@ fn matches_are_those_of_the_definition() {
             MatchOptions { ratio: 1.0, max_distance: 2.0, ..Default::default() },
         ] {
             let pairs = match_features(&target, &reference, &options, &mut ()).unwrap();
-            assert_eq!(pairs, brute_force(&target, &reference, &options), "{n} {m} {options:?}");
+            let all = brute_force(&target, &reference, &options);
+            assert!(pairs.iter().all(|pair| all.contains(pair)), "{n} {m} {options:?}");
+            assert!(
+                pairs.len() as f64 >= 0.98 * all.len() as f64,
+                "{n} {m} {options:?}: {} {}",
+                pairs.len(),
+                all.len()
+            );
         }
     }
 }

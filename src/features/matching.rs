@@ -1,7 +1,7 @@
 //! Matching the keypoints of two photos by their descriptors.
 
 use super::descriptor::SCALE;
-use super::nearest::{Nearest, nearest};
+use super::nearest::{Descriptors, Nearest, nearest};
 use super::{Features, MatchOptions, Pair};
 use crate::geometry::Match;
 use crate::image::zeroed;
@@ -23,9 +23,29 @@ pub fn match_features(
     check(target, reference, options)?;
     report(observer, Stage::Match, 0.0)?;
     let both = [target.ordered_by_place()?, reference.ordered_by_place()?];
-    let [of_target, of_reference] = nearest(&both[0].0.descriptors, &both[1].0.descriptors, observer)?;
+    let [target, reference] = [Descriptors::of(&both[0].0.descriptors)?, Descriptors::of(&both[1].0.descriptors)?];
+    let [mut of_target, of_reference] = nearest([&target, &reference], observer)?;
+    for (index, nearest) in (0..).zip(&mut of_target) {
+        if matches(index, nearest, &of_reference, options) {
+            let (first, found) = (nearest.distance[0], nearest.index);
+            let rival = (f64::from(first) / (options.ratio * options.ratio)) as i32;
+            if reference.any_within(rival, (&target, index), found)
+                || options.mutual && target.any_within(first - 1, (&reference, found), index)
+            {
+                *nearest = Nearest::default();
+            }
+        }
+    }
     report(observer, Stage::Match, 1.0)?;
     pairs(&both, [&of_target, &of_reference], options)
+}
+
+/// Whether a descriptor of the target and its nearest one are a pair, by ratio, distance and mutual test.
+fn matches(index: u32, nearest: &Nearest, of_reference: &[Nearest], options: &MatchOptions) -> bool {
+    let Some(back) = of_reference.get(nearest.index as usize) else { return false };
+    let (limit, most) = (options.ratio * options.ratio, options.max_distance * f64::from(SCALE));
+    let [first, second] = nearest.distance.map(f64::from);
+    first <= most * most && first < limit * second && (!options.mutual || back.index == index)
 }
 
 pub(super) fn check(target: &Features, reference: &Features, options: &MatchOptions) -> Result<()> {
@@ -56,13 +76,9 @@ pub(super) fn pairs(
     [of_target, of_reference]: [&[Nearest]; 2],
     options: &MatchOptions,
 ) -> Result<Vec<Pair>> {
-    let limit = options.ratio * options.ratio;
-    let most = options.max_distance * f64::from(SCALE);
     let mut pairs = Vec::new();
     for (index, nearest) in (0..).zip(of_target) {
-        let Some(back) = of_reference.get(nearest.index as usize) else { continue };
-        let [first, second] = nearest.distance.map(f64::from);
-        if first <= most * most && first < limit * second && (!options.mutual || back.index == index) {
+        if matches(index, nearest, of_reference, options) {
             pairs.push(Pair { target: index, reference: nearest.index });
         }
     }

@@ -16,6 +16,7 @@ mod orientation;
 mod scale_space;
 mod selection;
 mod tracking;
+mod walsh;
 
 pub use descriptor::LENGTH;
 pub use detect::detect;

@@ -1,18 +1,24 @@
-//! The two nearest descriptors, exactly, for both photos in one pass.
+//! The nearest descriptors of two photos: the nearest few in some coefficients of a transform, for both photos in one pass, and of
+//! these the nearest in all.
 
 use wide::{CmpLt, i16x8, i32x4};
 
 use super::LENGTH;
+use super::walsh::{COUNT, coefficients};
 use crate::image::{defaults, reserve};
 use crate::observer::{Observer, report};
 use crate::{Result, Stage};
 
 /// Descriptors of a group, one to a lane.
 const LANES: usize = 4;
-/// Groups that stay in the processor's nearest cache while all others pass by: 16 KB.
-const BLOCK: usize = 16;
+/// Groups that stay in the processor's nearest cache while all others pass by: 13 KB.
+const BLOCK: usize = 64;
 /// Blocks between two reports.
-const BLOCKS: usize = 16;
+const BLOCKS: usize = 4;
+/// How many descriptors are compared in full.
+const CANDIDATES: usize = 4;
+/// More than any squared distance of coefficients, and the sum of it and one of them is no overflow.
+const FAR_APART: i32 = 1 << 30;
 /// More than any squared distance.
 pub(super) const FAR: i32 = 1 << 26;
 
@@ -49,99 +55,166 @@ pub(super) fn squared_distance(a: &[u8; LENGTH], b: &[u8; LENGTH]) -> i32 {
     a.iter().zip(b).map(difference).map(|d| d * d).sum()
 }
 
-/// Four descriptors, values 2i and 2i + 1 of each in vector i; what is missing is far from everything.
+/// The nearest descriptors by their coefficients, in ascending order of the distance.
+#[derive(Debug, Clone, Copy)]
+struct Candidates {
+    distance: [i32; CANDIDATES],
+    index: [u32; CANDIDATES],
+}
+
+impl Default for Candidates {
+    fn default() -> Self {
+        Self { distance: [FAR_APART; CANDIDATES], index: [u32::MAX; CANDIDATES] }
+    }
+}
+
+impl Candidates {
+    /// Takes another descriptor into account.
+    #[inline]
+    fn update(&mut self, distance: i32, index: u32) {
+        let (mut distance, mut index) = (distance, index);
+        for (known, known_index) in self.distance.iter_mut().zip(&mut self.index) {
+            if distance < *known {
+                std::mem::swap(&mut distance, known);
+                std::mem::swap(&mut index, known_index);
+            }
+        }
+    }
+
+    /// The nearest two of them.
+    fn nearest(&self, own: &[u8; LENGTH], others: &[[u8; LENGTH]]) -> Nearest {
+        let mut nearest = Nearest::default();
+        for &index in &self.index {
+            if let Some(other) = others.get(index as usize) {
+                nearest.update(squared_distance(own, other), index);
+            }
+        }
+        nearest
+    }
+}
+
+/// The candidates of a group.
+#[derive(Clone)]
+struct Four {
+    all: [Candidates; LANES],
+    /// The distances from which on a descriptor is none of them.
+    limits: i32x4,
+}
+
+impl Default for Four {
+    fn default() -> Self {
+        Self { all: [Candidates::default(); LANES], limits: i32x4::splat(FAR_APART) }
+    }
+}
+
+/// Four descriptors, coefficients 2i and 2i + 1 of each in vector i; what is missing is far from everything.
 struct Group {
-    values: [i16x8; LENGTH / 2],
+    values: [i16x8; COUNT / 2],
     /// Squared norms.
     norms: i32x4,
 }
 
-fn groups(descriptors: &[[u8; LENGTH]]) -> Result<Vec<Group>> {
-    let mut out = Vec::new();
-    reserve(&mut out, descriptors.len().div_ceil(LANES))?;
-    for four in descriptors.chunks(LANES) {
-        let (mut values, mut norms) = ([[0i16; 2 * LANES]; LENGTH / 2], [FAR; LANES]);
-        for (lane, descriptor) in four.iter().take(LANES).enumerate() {
-            norms[lane] = squared_distance(descriptor, &[0; LENGTH]);
-            let values = values.as_flattened_mut().iter_mut().skip(2 * lane);
-            for (i, value) in values.enumerate().filter(|(i, _)| i % (2 * LANES) < 2) {
-                *value = descriptor[i / LANES + i % 2].into();
+impl Group {
+    fn of(descriptors: &[[u8; LENGTH]]) -> Self {
+        let (mut values, mut norms) = ([[0i16; 2 * LANES]; COUNT / 2], [FAR_APART; LANES]);
+        for (lane, descriptor) in descriptors.iter().take(LANES).enumerate() {
+            let coefficients = coefficients(descriptor);
+            norms[lane] = coefficients.iter().map(|&v| i32::from(v) * i32::from(v)).sum();
+            for (pair, two) in values.iter_mut().zip(coefficients.as_chunks::<2>().0) {
+                pair[2 * lane..2 * lane + 2].copy_from_slice(two);
             }
         }
-        out.push(Group { values: bytemuck::cast(values), norms: i32x4::new(norms) });
+        Self { values: bytemuck::cast(values), norms: i32x4::new(norms) }
     }
-    Ok(out)
+
+    /// The squared distances of all four of another group from some of this, which `lanes` are.
+    #[inline(always)]
+    fn distances<const N: usize>(&self, lanes: [usize; N], others: &Self) -> [i32x4; N] {
+        let mut products = [i32x4::splat(0); N];
+        for (values, others) in self.values.iter().zip(&others.values) {
+            // Two values at a time, as one number.
+            let pairs: [i32; LANES] = bytemuck::cast(*values);
+            for (product, lane) in products.iter_mut().zip(lanes) {
+                let both: i16x8 = bytemuck::cast(i32x4::splat(pairs[lane]));
+                *product += others.dot(both);
+            }
+        }
+        let norms = self.norms.to_array();
+        std::array::from_fn(|i| others.norms + i32x4::splat(norms[lanes[i]]) - (products[i] + products[i]))
+    }
+}
+
+/// The descriptors of a photo.
+pub(super) struct Descriptors<'a> {
+    all: &'a [[u8; LENGTH]],
+    groups: Vec<Group>,
+}
+
+impl<'a> Descriptors<'a> {
+    pub fn of(all: &'a [[u8; LENGTH]]) -> Result<Self> {
+        let mut groups = Vec::new();
+        reserve(&mut groups, all.len().div_ceil(LANES))?;
+        groups.extend(all.chunks(LANES).map(Group::of));
+        Ok(Self { all, groups })
+    }
+
+    /// Whether the distance of one other than `except` from descriptor `index` of `other` is at most `limit`, squared.
+    pub fn any_within(&self, limit: i32, (other, index): (&Descriptors<'_>, u32), except: u32) -> bool {
+        let Some(own) = other.all.get(index as usize) else { return false };
+        let Some(group) = other.groups.get(index as usize / LANES) else { return false };
+        // Both sides are at most 2³⁰.
+        let bound = i32x4::splat(limit.saturating_mul(LENGTH as i32).saturating_add(1).min(FAR_APART));
+        self.groups.iter().zip(self.all.chunks(LANES)).zip((0..).step_by(LANES)).any(|((groups, four), first)| {
+            let [distances] = group.distances([index as usize % LANES], groups);
+            distances.cmp_lt(bound).any()
+                && four.iter().zip(first..).any(|(other, i)| i != except && squared_distance(own, other) <= limit)
+        })
+    }
 }
 
 /// For each target descriptor the nearest two of the reference, and the other way round.
 pub(super) fn nearest(
-    target: &[[u8; LENGTH]],
-    reference: &[[u8; LENGTH]],
+    [target, reference]: [&Descriptors<'_>; 2],
     observer: &mut dyn Observer,
 ) -> Result<[Vec<Nearest>; 2]> {
-    let mut of_target: Vec<Nearest> = defaults(target.len().next_multiple_of(LANES))?;
-    let mut of_reference: Vec<Nearest> = defaults(reference.len().next_multiple_of(LANES))?;
-    let (targets, references) = (groups(target)?, groups(reference)?);
-    for (block, groups) in references.chunks(BLOCK).enumerate() {
+    let mut of_target: Vec<Four> = defaults(target.groups.len())?;
+    let mut of_reference: Vec<Four> = defaults(reference.groups.len())?;
+    let blocks = reference.groups.chunks(BLOCK).zip(of_reference.chunks_mut(BLOCK));
+    for (block, (groups, columns)) in blocks.enumerate() {
         if block % BLOCKS == 0 {
-            report(observer, Stage::Match, (block * BLOCK) as f32 / references.len() as f32)?;
+            report(observer, Stage::Match, (block * BLOCK) as f32 / reference.groups.len() as f32)?;
         }
-        for (t, group) in targets.iter().enumerate() {
-            let Some(rows) = of_target[LANES * t..].first_chunk_mut::<LANES>() else { break };
-            compare_all(group, groups, LANES * t, LANES * BLOCK * block, rows, &mut of_reference);
+        for ((t, group), rows) in (0..).step_by(LANES).zip(&target.groups).zip(&mut of_target) {
+            compare_all(group, groups, [t, (LANES * BLOCK * block) as u32], rows, columns);
         }
     }
-    of_target.truncate(target.len());
-    of_reference.truncate(reference.len());
-    Ok([of_target, of_reference])
+    Ok([exact(&of_target, target.all, reference.all)?, exact(&of_reference, reference.all, target.all)?])
 }
 
-/// A group against a block of groups; `t` and `r` are the indices of the first.
-#[inline(never)] // the first matching takes 475 ms instead of 1358, see `crate::rows`
-fn compare_all(
-    target: &Group,
-    references: &[Group],
-    t: usize,
-    r: usize,
-    rows: &mut [Nearest; LANES],
-    of_reference: &mut [Nearest],
-) {
-    let (columns, _) = of_reference[r..].as_chunks_mut::<LANES>();
-    for ((k, reference), columns) in (r..).step_by(LANES).zip(references).zip(columns) {
-        compare(target, reference, t, k, rows, columns);
-    }
+fn exact(candidates: &[Four], own: &[[u8; LENGTH]], others: &[[u8; LENGTH]]) -> Result<Vec<Nearest>> {
+    let mut nearest = Vec::new();
+    reserve(&mut nearest, own.len())?;
+    let candidates = candidates.iter().flat_map(|four| &four.all);
+    nearest.extend(own.iter().zip(candidates).map(|(own, candidates)| candidates.nearest(own, others)));
+    Ok(nearest)
 }
 
-/// All four against all four; `t` and `r` are the indices of the first.
-#[inline(always)]
-fn compare(
-    target: &Group,
-    reference: &Group,
-    t: usize,
-    r: usize,
-    rows: &mut [Nearest; LANES],
-    columns: &mut [Nearest; LANES],
-) {
-    let mut products = [i32x4::splat(0); LANES];
-    for (values, others) in target.values.iter().zip(&reference.values) {
-        // Two values at a time, as one number.
-        let pairs: [i32; LANES] = bytemuck::cast(*values);
-        for (product, pair) in products.iter_mut().zip(pairs) {
-            let both: i16x8 = bytemuck::cast(i32x4::splat(pair));
-            *product += others.dot(both);
-        }
-    }
-    let mut limit = i32x4::new(columns.map(|c| c.distance[1]));
-    let norms = target.norms.to_array();
-    for (row, (product, norm)) in products.into_iter().zip(norms).enumerate() {
-        let distance = reference.norms + i32x4::splat(norm) - (product + product);
-        let nearer = distance.cmp_lt(i32x4::splat(rows[row].distance[1])) | distance.cmp_lt(limit);
-        if nearer.any() {
-            for (lane, distance) in distance.to_array().into_iter().enumerate() {
-                rows[row].update(distance, (r + lane) as u32);
-                columns[lane].update(distance, (t + row) as u32);
+/// A group against a block of groups; `first` are the indices of their first descriptors.
+#[inline(never)] // a loop that runs for a whole photo, see `crate::rows`
+fn compare_all(target: &Group, references: &[Group], first: [u32; 2], rows: &mut Four, columns: &mut [Four]) {
+    for ((k, reference), columns) in (first[1]..).step_by(LANES).zip(references).zip(columns) {
+        let distances = target.distances([0, 1, 2, 3], reference);
+        let limits = rows.limits.to_array();
+        for (row, distance) in distances.into_iter().enumerate() {
+            let nearer = distance.cmp_lt(i32x4::splat(limits[row])) | distance.cmp_lt(columns.limits);
+            if nearer.any() {
+                for (lane, distance) in distance.to_array().into_iter().enumerate() {
+                    rows.all[row].update(distance, k + lane as u32);
+                    columns.all[lane].update(distance, first[0] + row as u32);
+                }
+                rows.limits = i32x4::new(rows.all.map(|c| c.distance[CANDIDATES - 1]));
+                columns.limits = i32x4::new(columns.all.map(|c| c.distance[CANDIDATES - 1]));
             }
-            limit = i32x4::new(columns.map(|c| c.distance[1]));
         }
     }
 }

@@ -6,8 +6,8 @@ use crate::statistics::median;
 
 /// A photo that would be enlarged by more than this, in area and at the median, is left out.
 const MOST_STRETCH: f64 = 4.0;
-/// So is one that looks more than this far to the side, in degrees: on a plane it would have no end.
-const WIDEST: f64 = 60.0;
+/// So is one that looks farther to the side than the angle of this cosine, 60°: on a plane it would have no end.
+const LEAST_COSINE: f64 = 0.5;
 /// Points a row and a column that are looked at.
 const POINTS: usize = 9;
 
@@ -53,7 +53,7 @@ pub(super) fn can_be_shown(sizes: &[Size], [photo, reference]: [usize; 2], geome
     if let (Some(own), Some(other)) = (geometry.camera(photo), geometry.camera(reference)) {
         // Between the optical axes.
         let cosine = (other.rotation * own.rotation.transpose())[(2, 2)];
-        if cosine < libm::cos(WIDEST.to_radians()) {
+        if cosine < LEAST_COSINE {
             return false;
         }
     }
