@@ -127,20 +127,21 @@ impl Group {
         Self { values: bytemuck::cast(values), norms: i32x4::new(norms) }
     }
 
-    /// The squared distances of all four of another group from some of this, which `lanes` are.
+    /// The squared distances of all four of another group from each of this.
     #[inline(always)]
-    fn distances<const N: usize>(&self, lanes: [usize; N], others: &Self) -> [i32x4; N] {
-        let mut products = [i32x4::splat(0); N];
+    fn distances(&self, others: &Self) -> [i32x4; LANES] {
+        let mut products = [i32x4::splat(0); LANES];
         for (values, others) in self.values.iter().zip(&others.values) {
             // Two values at a time, as one number.
             let pairs: [i32; LANES] = bytemuck::cast(*values);
-            for (product, lane) in products.iter_mut().zip(lanes) {
-                let both: i16x8 = bytemuck::cast(i32x4::splat(pairs[lane]));
+            for (product, pair) in products.iter_mut().zip(pairs) {
+                let both: i16x8 = bytemuck::cast(i32x4::splat(pair));
                 *product += others.dot(both);
             }
         }
-        let norms = self.norms.to_array();
-        std::array::from_fn(|i| others.norms + i32x4::splat(norms[lanes[i]]) - (products[i] + products[i]))
+        let [a, b, c, d] = self.norms.to_array().map(|norm| others.norms + i32x4::splat(norm));
+        let [p, q, r, s] = products.map(|product| product + product);
+        [a - p, b - q, c - r, d - s]
     }
 }
 
@@ -165,7 +166,7 @@ impl<'a> Descriptors<'a> {
         // Both sides are at most 2³⁰.
         let bound = i32x4::splat(limit.saturating_mul(LENGTH as i32).saturating_add(1).min(FAR_APART));
         self.groups.iter().zip(self.all.chunks(LANES)).zip((0..).step_by(LANES)).any(|((groups, four), first)| {
-            let [distances] = group.distances([index as usize % LANES], groups);
+            let distances = group.distances(groups)[index as usize % LANES];
             distances.cmp_lt(bound).any()
                 && four.iter().zip(first..).any(|(other, i)| i != except && squared_distance(own, other) <= limit)
         })
@@ -200,10 +201,10 @@ fn exact(candidates: &[Four], own: &[[u8; LENGTH]], others: &[[u8; LENGTH]]) -> 
 }
 
 /// A group against a block of groups; `first` are the indices of their first descriptors.
-#[inline(never)] // a loop that runs for a whole photo, see `crate::rows`
+#[inline(never)] // see `crate::rows`
 fn compare_all(target: &Group, references: &[Group], first: [u32; 2], rows: &mut Four, columns: &mut [Four]) {
     for ((k, reference), columns) in (first[1]..).step_by(LANES).zip(references).zip(columns) {
-        let distances = target.distances([0, 1, 2, 3], reference);
+        let distances = target.distances(reference);
         let limits = rows.limits.to_array();
         for (row, distance) in distances.into_iter().enumerate() {
             let nearer = distance.cmp_lt(i32x4::splat(limits[row])) | distance.cmp_lt(columns.limits);
