@@ -186,6 +186,25 @@ test("starting over, the example and another photo in a card can be undone", asy
   await close();
 });
 
+test("what takes no photo's place offers no way back, and settings chosen since are kept", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await drop(page, ".masthead", [smallFile("matches.csv")]);
+  await page
+    .locator('[data-slot="matches"] .file', { hasText: "matches.csv" })
+    .waitFor({ state: "attached" });
+  await page.waitForTimeout(200);
+  assert.equal(await page.locator("#undo-text").textContent(), "");
+
+  await page.locator("#clear-inputs").click();
+  await page.evaluate(() => void (location.hash = "#seed=7"));
+  await page.locator("#options-summary", { hasText: "1 changed" }).waitFor({ state: "attached" });
+  await page.getByRole("button", { name: "Undo" }).click();
+  await idle(page);
+  await finished(page);
+  assert.equal(await page.inputValue("#option-seed"), "7");
+  await close();
+});
+
 test("a long photo that is reduced to a strip is said to be, and where to change it", async () => {
   const { page, close } = await site.open();
   const data = new Uint8ClampedArray(4 * 9000 * 900).fill(200);

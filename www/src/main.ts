@@ -10,7 +10,7 @@ import { bindRun, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
 import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
 import { errorMessage } from "./text/errors.js";
-import { bindUndo, snapshot } from "./undo.js";
+import { bindUndo, cameBack } from "./undo.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
@@ -69,12 +69,12 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
     onClick(byId(id, HTMLButtonElement), () => void loader.loadSample(sampleFolder));
   }
   onClick(byId("clear-inputs", HTMLButtonElement), () => {
-    const before = snapshot(store.state);
+    const before = store.state;
     runner.cancel();
     loader.clear(slotNames);
     const { settings } = store.state;
     const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;
-    const undo = { label: "Undo", run: () => store.set(before) };
+    const undo = { label: "Undo", run: () => store.set(cameBack(before, store.state)) };
     store.set({
       ...initialState,
       slots: noSlots,

@@ -23,8 +23,13 @@ export function bindUndo(store: Store): void {
   });
 }
 
-/** The photos and the result as they are, to come back to. */
-export function snapshot(state: State): Partial<State> {
-  const { slots, set, problems, settings, networkDepths, outcome, status } = state;
-  return { slots, set, problems, settings, networkDepths, outcome, status };
+/** What to change to come back to the photos and the result of an earlier state, with the settings chosen since. */
+export function cameBack(before: State, { settings: now }: State): Partial<State> {
+  const { slots, set, problems, networkDepths, outcome, status } = before;
+  const { depthSource, depth, ...others } = before.settings;
+  const chosen = Object.entries(others).some(
+    ([name, value]) => now[name as keyof typeof others] !== value,
+  );
+  const settings = chosen ? { ...now, depthSource, depth } : before.settings;
+  return { slots, set, problems, settings, networkDepths, outcome, status, message: null };
 }

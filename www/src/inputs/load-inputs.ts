@@ -13,7 +13,7 @@ import { imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
 import { readCase, readMatches, type Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
-import { snapshot } from "../undo.js";
+import { cameBack } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
 
 type Files = { readonly [K in SlotName]?: File };
@@ -68,7 +68,8 @@ export class InputLoader {
       if (theCase) this.#clearOthers(placed);
       await this.#load(placed, "own", theCase?.depth);
       this.#reportProblems(placed);
-      this.#reportReplaced(before, photos, photos.length === 1 ? 0 : own.length);
+      // A single photo has taken a free place, and files that are no photos have taken that of none.
+      this.#reportReplaced(before, photos, theCase || photos.length > 1 ? own.length : 0);
       this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
     } catch (error) {
       this.#store.set({ message: unusable(error, "These files could not be loaded.") });
@@ -146,7 +147,7 @@ export class InputLoader {
 
   /** Offers to come back to an earlier state, and then to add photos if there are any. */
   #offerBack(before: State, text: string, photos: readonly File[] = []): void {
-    const run = () => this.#store.set({ ...snapshot(before), message: null });
+    const run = () => this.#store.set(cameBack(before, this.#store.state));
     const keep = () => {
       run();
       void this.loadMany(photos, "add");
