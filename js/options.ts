@@ -295,6 +295,16 @@ export const OPTIONS = {
     description: "How far the canvas may extend beyond each side of the reference.",
   },
 
+  projection: {
+    group: "warping",
+    type: "choice",
+    choices: { auto: "Automatic", plane: "Plane", cylinder: "Cylinder", sphere: "Sphere" },
+    default: "auto",
+    label: "Projection",
+    description:
+      "What three or more images are shown on: the reference's image plane, a cylinder or a sphere with a level horizon, or whichever suits the field of view.",
+  },
+
   exposure: {
     group: "compositing",
     type: "choice",

@@ -6,6 +6,7 @@ mod scene;
 use depthstitch::geometry::{Camera, MultiViewKind};
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many};
+use depthstitch::warp::Projection;
 use depthstitch::{Error, ImageView, Stage};
 use nalgebra::{Matrix3, Vector3};
 use scene::{Pose, Views, median};
@@ -122,6 +123,67 @@ fn turning_camera_needs_no_depth() {
     assert_eq!(codes(&found), ["used"; 4]);
     let [seen, alone] = landing_errors(&found, &views);
     assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");
+}
+
+/// Around by more than a plane could show, the camera held at an angle to the horizon.
+#[test]
+fn wide_view_is_shown_around_the_viewer_with_a_level_horizon() {
+    let scene = scene::gallery();
+    let pose = |yaw: f64| Pose { yaw, pitch: 0.12, focal: 0.9, ..scene.target };
+    let yaws = [0.75, -0.25, 0.25, -0.75];
+    let views = scene.views(&yaws.map(pose), SIZE.0, SIZE.1);
+    let photos = photos(&views);
+    let stitched = |projection| {
+        let mut options = ManyOptions::default();
+        options.stages.projection = projection;
+        stitch_many(&photos, &options, &mut ()).unwrap()
+    };
+    let done = stitched(None);
+    assert_eq!(done.projection, Projection::Cylinder);
+    assert!(done.photos.iter().all(|photo| photo.code == PhotoCode::Used));
+    for done in [done, stitched(Some(Projection::Sphere))] {
+        // Where a pixel belongs if the horizon is level, but for where the picture begins.
+        let focal = done.photos[0].focal.unwrap();
+        let place = |photo: usize, x: f64, y: f64| {
+            let ray = views.0[photo].camera.direction(x, y);
+            let across = libm::sqrt(ray.x * ray.x + ray.z * ray.z);
+            let cylinder = done.projection == Projection::Cylinder;
+            let down = if cylinder { ray.y / across } else { libm::atan2(ray.y, across) };
+            [focal * libm::atan2(ray.x, ray.z), focal * down]
+        };
+        let (w, h) = (SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0);
+        let border = (0..=100).flat_map(|i| {
+            let (x, y) = (w * f64::from(i) / 100.0, h * f64::from(i) / 100.0);
+            [[x, 0.0], [x, h], [0.0, y], [w, y]].map(|[x, y]| place(done.reference, x, y))
+        });
+        let first = border.fold([f64::MAX; 2], |[x, y], [u, v]| [x.min(u), y.min(v)]);
+        // How much colours differ at the median, were they this far below.
+        let differing = |below: i64| {
+            let mut errors = Vec::new();
+            for (i, photo) in photos.iter().enumerate() {
+                for (x, y) in (8..SIZE.1 - 8).step_by(9).flat_map(|y| (8..SIZE.0 - 8).step_by(9).map(move |x| (x, y))) {
+                    let [u, v] = place(i, x as f64, y as f64);
+                    let (u, v) = ((u - first[0]).round() as i64, (v - first[1]).round() as i64 + below);
+                    let (u, v) = (u + done.offset.0 as i64, v + done.offset.1 as i64);
+                    let at = v as usize * done.image.width() + u as usize;
+                    if done.labels.data().get(at) == Some(&(i as u8 + 1)) {
+                        let [own, other] = [photo.image.pixel(x, y), done.image.pixels()[at]];
+                        errors.push((0..3).map(|c| f64::from(own[c].abs_diff(other[c]))).sum::<f64>() / 3.0);
+                    }
+                }
+            }
+            assert!(errors.len() > 1500, "{} pixels", errors.len());
+            median(errors)
+        };
+        // Texture is fine: a few pixels away it is another.
+        let (here, there) = (differing(0), differing(12));
+        assert!(here < 0.6 * there, "{:?}: colours differ by {here} levels, elsewhere by {there}", done.projection);
+    }
+    // A plane has no room for all of it, or stretches it; but the reference stays as it is.
+    let done = stitched(Some(Projection::Plane));
+    let reference = &photos[done.reference].image;
+    let extent = done.photos[done.reference].extent.unwrap();
+    assert_eq!(extent, [0, 0, reference.width() as i64, reference.height() as i64]);
 }
 
 #[test]

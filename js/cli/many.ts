@@ -66,6 +66,7 @@ function report(
     })),
     pairs: result.pairs,
     geometry: result.geometry,
+    projection: result.projection,
     reference: files[result.reference],
     options,
     crop: result.crop,

@@ -8,7 +8,7 @@ use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
 use super::seam;
-use crate::image::{check_size, filled};
+use crate::image::{check_size, filled, reserve};
 use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::warp::Warped;
@@ -23,11 +23,10 @@ pub struct Composition {
     pub labels: Mask,
     /// Where any photo was drawn, valid or not.
     pub footprint: Mask,
-    /// Canvas position of the reference's top left pixel.
+    /// Canvas position of the view's origin: the reference's top left pixel.
     pub offset: (usize, usize),
-    /// Inverse depth of what shows, in the reference's frame, NaN where it is not known; `None` if it is not wanted. It guides
-    /// the filling.
-    pub depth: Option<InverseDepth>,
+    /// Inverse depth of what shows, in the view's frame, NaN where nothing does.
+    pub depth: InverseDepth,
     /// Bands of the pyramid where [`BlendOptions::bands`] is 0.
     bands: u32,
 }
@@ -44,43 +43,93 @@ pub struct Added {
 }
 
 impl Composition {
-    /// The reference alone, under this label. With its inverse `depth` that of the composition is kept.
+    /// The reference alone, as it is, under this label; without its inverse `depth` that is 0.
     ///
     /// # Errors
     /// `size-mismatch` for depth of another size, `out-of-memory`.
     pub fn of(reference: ImageView<'_>, depth: Option<&InverseDepth>, label: u8) -> Result<Self> {
         let (width, height) = reference.size();
-        if let Some(depth) = depth {
-            check_size("depth", depth.size(), (width, height))?;
-        }
+        let depth = match depth {
+            Some(depth) => depth.map_indexed(|_, d| d)?,
+            None => InverseDepth::constant(0.0, width, height)?,
+        };
+        check_size("depth", depth.size(), (width, height))?;
         let mut image = Image::transparent(width, height)?;
         for (pixel, &[r, g, b, _]) in image.pixels_mut().iter_mut().zip(reference.pixels()) {
             *pixel = [r, g, b, 255];
         }
-        let mut labels = Mask::empty(width, height)?;
-        labels.data_mut().fill(label);
         let mut footprint = Mask::empty(width, height)?;
         footprint.data_mut().fill(255);
+        let warped = Warped { image, footprint, confidence: None, depth: Some(depth), offset: (0, 0), clipped: false };
+        Self::of_warped(warped, (width, height), label)
+    }
+
+    /// The reference alone, warped into the view, under this label; its size (width, height) as a photo.
+    ///
+    /// # Errors
+    /// `out-of-memory`.
+    pub fn of_warped(reference: Warped, (width, height): (usize, usize), label: u8) -> Result<Self> {
+        let Warped { image, footprint, depth, offset, .. } = reference;
+        let depth = match depth {
+            Some(depth) => depth,
+            None => InverseDepth::constant(0.0, image.width(), image.height())?,
+        };
+        let mut labels = Mask::empty(image.width(), image.height())?;
+        for (own, pixel) in labels.data_mut().iter_mut().zip(image.pixels()) {
+            *own = if pixel[3] == 0 { 0 } else { label };
+        }
         // As of two photos.
         let bands = (width.max(height) / 32).max(2).ilog2();
-        Ok(Self { image, labels, footprint, offset: (0, 0), depth: depth.cloned(), bands })
+        Ok(Self { image, labels, footprint, offset, depth, bands })
     }
 
-    /// The canvas (width, height) that this and a photo warped onto it would take together.
-    pub fn size_with(&self, warped: &Warped) -> (usize, usize) {
-        let (left, top) = (self.offset.0.max(warped.offset.0), self.offset.1.max(warped.offset.1));
-        let right = (self.image.width() - self.offset.0).max(warped.image.width() - warped.offset.0);
-        let bottom = (self.image.height() - self.offset.1).max(warped.image.height() - warped.offset.1);
-        (left + right, top + bottom)
+    /// The part of the picture within `bounds`, in pixels of the view, with its inverse depth, and where its top left pixel is in
+    /// the view. One pixel at least.
+    ///
+    /// # Errors
+    /// `out-of-memory`.
+    pub fn part(&self, [x0, y0, x1, y1]: [i64; 4]) -> Result<(Image, InverseDepth, [i64; 2])> {
+        let range = |from: i64, to: i64, offset: usize, side: usize| {
+            let within = |at: i64, most: usize| (at + offset as i64).clamp(0, most as i64) as usize;
+            let first = within(from, side.saturating_sub(1));
+            (first, within(to, side).max(first + 1) - first)
+        };
+        let (x, width) = range(x0, x1, self.offset.0, self.image.width());
+        let (y, height) = range(y0, y1, self.offset.1, self.image.height());
+        let window = Rect { x, y, width, height };
+        let mut values = Vec::new();
+        reserve(&mut values, width * height)?;
+        for row in self.depth.data().chunks_exact(self.depth.width()).skip(y).take(height) {
+            values.extend_from_slice(&row[x..x + width]);
+        }
+        let depth = InverseDepth::from_values(values, width, height);
+        Ok((self.cut_out(window)?, depth, [x as i64 - self.offset.0 as i64, y as i64 - self.offset.1 as i64]))
     }
 
-    /// Adds a photo warped into the reference's view. `None` when nothing of it is visible.
+    /// Where a warped photo's canvas begins on this one; `at` is where its own origin is in the view.
+    fn place(&self, warped: &Warped, at: [i64; 2]) -> [i64; 2] {
+        let (own, other) = (self.offset, warped.offset);
+        [at[0] + own.0 as i64 - other.0 as i64, at[1] + own.1 as i64 - other.1 as i64]
+    }
+
+    /// The canvas (width, height) that this and a photo warped onto it would take together. `at` is where the photo's origin is
+    /// in the view.
+    pub fn size_with(&self, warped: &Warped, at: [i64; 2]) -> (usize, usize) {
+        let [x, y] = self.place(warped, at);
+        let side =
+            |from: i64, own: usize, other: usize| ((own as i64).max(from + other as i64) - from.min(0)).max(0) as usize;
+        let ((w, h), (width, height)) = (self.image.size(), warped.image.size());
+        (side(x, w, width), side(y, h, height))
+    }
+
+    /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
     ///
     /// # Errors
     /// `size-mismatch` for a footprint of another size than the picture's, `out-of-memory`, `aborted`.
     pub fn add(
         &mut self,
         warped: &Warped,
+        at: [i64; 2],
         label: u8,
         options: &BlendOptions,
         observer: &mut dyn Observer,
@@ -93,9 +142,9 @@ impl Composition {
             extent(warped.image.pixels()[row].iter().map(|pixel| pixel[3] != 0))
         };
         let Some(bounds) = bounding_box(size.1, drawn) else { return Ok(None) };
-        self.grow(warped)?;
-        // Where the warped picture's canvas lies on this one.
-        let (left, top) = (self.offset.0 - warped.offset.0, self.offset.1 - warped.offset.1);
+        self.grow(warped, at)?;
+        // Where the warped picture's canvas lies on this one: within it, now.
+        let [left, top] = self.place(warped, at).map(|v| v.max(0) as usize);
         let bands = if options.bands == 0 { self.bands } else { options.bands };
         let own = Rect { x: bounds.x + left, y: bounds.y + top, ..bounds };
         let window = own.grown(3 << bands, self.image.size());
@@ -112,9 +161,8 @@ impl Composition {
         self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));
         report(observer, Stage::Blend, 1.0)?;
-        let from = |at: usize, offset: usize| at as i64 - offset as i64;
-        let (x, y) = (from(bounds.x, warped.offset.0), from(bounds.y, warped.offset.1));
-        Ok(Some(Added { gains, overlap, extent: [x, y, bounds.width as i64, bounds.height as i64] }))
+        let [x, y] = [own.x as i64 - self.offset.0 as i64, own.y as i64 - self.offset.1 as i64];
+        Ok(Some(Added { gains, overlap, extent: [x, y, own.width as i64, own.height as i64] }))
     }
 
     /// Pixels inside of the photos' footprints that none of them shows.
@@ -131,23 +179,20 @@ impl Composition {
     }
 
     /// Makes room for a photo.
-    fn grow(&mut self, warped: &Warped) -> Result<()> {
-        let (width, height) = self.size_with(warped);
+    fn grow(&mut self, warped: &Warped, at: [i64; 2]) -> Result<()> {
+        let (width, height) = self.size_with(warped, at);
         if (width, height) == self.image.size() {
             return Ok(());
         }
-        let offset = (self.offset.0.max(warped.offset.0), self.offset.1.max(warped.offset.1));
-        let (left, top) = (offset.0 - self.offset.0, offset.1 - self.offset.1);
+        let [left, top] = self.place(warped, at).map(|v| (-v).max(0) as usize);
         let place = (left, top, width, height);
         let size = self.image.size();
         self.image = Image::from_bytes(moved(self.image.data(), size, 4, (0, place))?, width, height);
         self.labels = Mask::from_bytes(moved(self.labels.data(), size, 1, (0, place))?, width, height);
         self.footprint = Mask::from_bytes(moved(self.footprint.data(), size, 1, (0, place))?, width, height);
-        if let Some(depth) = &mut self.depth {
-            let values = moved(depth.data(), size, 1, (f32::NAN, place))?;
-            *depth = InverseDepth::from_values(values, width, height);
-        }
-        self.offset = offset;
+        let depth = moved(self.depth.data(), size, 1, (f32::NAN, place))?;
+        self.depth = InverseDepth::from_values(depth, width, height);
+        self.offset = (self.offset.0 + left, self.offset.1 + top);
         Ok(())
     }
 
@@ -175,15 +220,15 @@ impl Composition {
 
     /// The depth of the photo where it shows in a window; its own canvas lies at (left, top).
     fn paste_depth(&mut self, warped: &Warped, shown: &Mask, window: Rect, (left, top): (usize, usize)) {
-        let (Some(own), Some(depth)) = (self.depth.take(), &warped.depth) else { return };
-        let (width, height) = own.size();
-        let mut values = own.into_values();
+        let (width, height) = self.depth.size();
+        let mut values = std::mem::replace(&mut self.depth, InverseDepth::from_values(Vec::new(), 0, 0)).into_values();
         for (i, _) in shown.data().iter().enumerate().filter(|(_, shown)| **shown == 1) {
             let (x, y) = (window.x + i % window.width, window.y + i / window.width);
-            // Where the photo shows, its canvas reaches.
-            values[y * width + x] = depth.data()[(y - top) * depth.width() + x - left];
+            // Where the photo shows, its canvas reaches. Without parallax it is infinitely far away.
+            let of = |depth: &InverseDepth| depth.data()[(y - top) * depth.width() + x - left];
+            values[y * width + x] = warped.depth.as_ref().map_or(0.0, of);
         }
-        self.depth = Some(InverseDepth::from_values(values, width, height));
+        self.depth = InverseDepth::from_values(values, width, height);
     }
 
     fn add_footprint(&mut self, warped: &Warped, (left, top): (usize, usize)) {

@@ -36,7 +36,7 @@ use crate::metrics::{Quality, quality};
 use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, report};
 use crate::report::Warning;
-use crate::warp::{WarpOptions, Warped, warp_within};
+use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
 use crate::{InverseDepth, Rect, Result, Stage, View};
 use align::align_timed;
 use timer::StageTimer;
@@ -136,7 +136,8 @@ fn warp_aligned(
         depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
-    warp_within(target, reference, forward, reverse, &options, &|canvas| memory.check(canvas), observer)
+    let job = WarpJob::new([target, reference], forward, reverse);
+    warp_within(&job, &options, &|canvas| memory.check(canvas), observer)
 }
 
 /// Fills the voids of the mosaic, if asked for, and finds its rectangles.

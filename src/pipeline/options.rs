@@ -4,7 +4,7 @@ use super::features::FeatureOptions;
 use crate::depth::RefineOptions;
 use crate::geometry::{Calibration, EstimateOptions, Threshold};
 use crate::mosaic::{BlendOptions, FillMethod, FillOptions};
-use crate::warp::WarpOptions;
+use crate::warp::{Projection, WarpOptions};
 
 /// Which defaults the options have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,6 +39,9 @@ pub struct Options {
     pub refine: Option<RefineOptions>,
     /// Rendering.
     pub warp: WarpOptions,
+    /// What many photos are shown on; `None` for what suits the field of view. On a plane the reference stays as it is, as it always
+    /// does of two photos. Photos of which only homographies are known are always shown on a plane.
+    pub projection: Option<Projection>,
     /// Exposure, seam and blending.
     pub blend: BlendOptions,
     /// Filling of inner voids; `None` leaves them transparent.
@@ -55,6 +58,7 @@ impl Default for Options {
             estimate: Default::default(),
             refine: Some(Default::default()),
             warp: Default::default(),
+            projection: None,
             blend: Default::default(),
             fill: Some(Default::default()),
             output_depth: false,

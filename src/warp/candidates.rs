@@ -7,10 +7,11 @@ use super::batch::{BATCH, Batch, Covered};
 use super::canvas::Canvas;
 use super::sample::{Tap, Taps};
 use super::scene::Scene;
+use super::screen::Rays;
 use super::{RELIABLE, WarpMode};
-use crate::InverseDepth;
 use crate::geometry::Model;
 use crate::lanes::LANES;
+use crate::{ImageView, InverseDepth};
 
 /// A batch of candidates, in the order their pixels were found and laid out as they are computed: four by four.
 pub(super) struct Candidates {
@@ -111,11 +112,15 @@ impl Candidate<'_> {
 pub(super) struct Locator<'a> {
     canvas: &'a Canvas,
     reference: (usize, usize),
+    /// What has an alpha that counts.
+    mask: Option<ImageView<'a>>,
     reference_depth: Option<&'a [f32]>,
     target: (usize, usize),
     /// Width and height of a cell in target pixels.
     step: [f32x4; 2],
     reverse: Projection,
+    /// Those of the reference's pixels, unless it is projected onto a plane.
+    rays: Option<Rays>,
     /// Whether there are voids outside the reference, and in the overlap.
     recover: [bool; 2],
     /// 1/β², β in pixels of the target.
@@ -129,10 +134,12 @@ impl<'a> Locator<'a> {
         Self {
             canvas,
             reference: scene.reference.size(),
+            mask: scene.masked.then_some(scene.reference),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
             step: step.map(|step| f32x4::splat(step as f32)),
             reverse: Projection::new(scene.reverse),
+            rays: scene.screen.map(|screen| screen.rays([0.0; 2], scene.reference.size())),
             recover: match scene.options.mode {
                 WarpMode::Backward => [false; 2],
                 WarpMode::Soft => [true, false],
@@ -151,8 +158,11 @@ impl<'a> Locator<'a> {
         let (width, height) = (i32x4::splat(self.reference.0 as i32), i32x4::splat(self.reference.1 as i32));
         let before = i32x4::splat(-1);
         for (k, Covered { x, y, u, v, stretched }) in covered.fours().enumerate() {
-            let inside = x.cmp_gt(before) & x.cmp_lt(width) & y.cmp_gt(before) & y.cmp_lt(height);
+            let mut inside = x.cmp_gt(before) & x.cmp_lt(width) & y.cmp_gt(before) & y.cmp_lt(height);
             let index = y * width + x;
+            if let Some(mask) = &self.mask {
+                inside &= opaque(mask, index & inside);
+            }
             let s = [u * self.step[0], (f32x4::splat(j as f32) + v) * self.step[1]];
             let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
             let mut kept = !i32x4::ZERO;
@@ -164,7 +174,10 @@ impl<'a> Locator<'a> {
                     let depth = |lane: usize| {
                         self.reference_depth.map_or(0.0, |depth| depth[index.as_array_ref()[lane] as usize])
                     };
-                    let place = [f32x4::from_i32x4(x), f32x4::from_i32x4(y)];
+                    let place = match &self.rays {
+                        Some(rays) => along(rays, x & inside, y & inside),
+                        None => [f32x4::from_i32x4(x), f32x4::from_i32x4(y), f32x4::ONE],
+                    };
                     let [u, v, w] = self.reverse.transform(place, f32x4::new([depth(0), depth(1), depth(2), depth(3)]));
                     let (dx, dy) = (u - s[0] * w, v - s[1] * w);
                     (distance, one) = ((dx * dx + dy * dy) * self.per_place, w * w);
@@ -189,6 +202,18 @@ impl<'a> Locator<'a> {
     }
 }
 
+/// Which of four pixels have an alpha that is not 0.
+fn opaque(image: &ImageView<'_>, index: i32x4) -> i32x4 {
+    i32x4::new(index.to_array().map(|i| -i32::from(image.pixels().get(i as usize).is_some_and(|pixel| pixel[3] != 0))))
+}
+
+/// The rays of four pixels.
+fn along(rays: &Rays, x: i32x4, y: i32x4) -> [f32x4; 3] {
+    let (x, y) = (x.to_array(), y.to_array());
+    let four = [0, 1, 2, 3].map(|lane| rays.at(x[lane] as usize, y[lane] as usize));
+    [0, 1, 2].map(|k| f32x4::new(four.map(|ray| ray[k])))
+}
+
 /// A model in single precision, for four points at once.
 struct Projection([[f32; 4]; 3]);
 
@@ -198,10 +223,10 @@ impl Projection {
         Self([row(0), row(1), row(2)])
     }
 
-    /// As [`Model::transform`].
+    /// As [`Model::transform`], of homogeneous coordinates.
     #[inline(always)]
-    fn transform(&self, [x, y]: [f32x4; 2], d: f32x4) -> [f32x4; 3] {
-        let row = |[a, b, c, e]: [f32; 4]| x * a + y * b + d * e + f32x4::splat(c);
+    fn transform(&self, [x, y, z]: [f32x4; 3], d: f32x4) -> [f32x4; 3] {
+        let row = |[a, b, c, e]: [f32; 4]| x * a + y * b + d * e + z * c;
         [row(self.0[0]), row(self.0[1]), row(self.0[2])]
     }
 }

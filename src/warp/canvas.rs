@@ -11,9 +11,9 @@ const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
 
 /// The farthest that vertices may land, in reference pixels. Without it one vertex near the horizon makes the canvas
 /// explode.
-pub(super) struct Limits {
-    min: [f64; 2],
-    max: [f64; 2],
+pub(crate) struct Limits {
+    pub min: [f64; 2],
+    pub max: [f64; 2],
 }
 
 impl Limits {

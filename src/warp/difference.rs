@@ -12,10 +12,18 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
     let (width, height) = scene.target.size();
     let row = scene.reference.width();
     let (mut sum, mut pixels) = (0.0, f64::MIN_POSITIVE);
+    let back = |x: f64, y: f64, d: f64| match &scene.screen {
+        Some(screen) => {
+            let place = scene.reverse.h * screen.ray([x, y]) + scene.reverse.e * d;
+            (place[2] > 0.0).then(|| [place[0] / place[2], place[1] / place[2]])
+        }
+        None => scene.reverse.project(x, y, d),
+    };
     let mut index = 0;
     while let Some(colour) = scene.reference.pixels().get(index) {
         let d = scene.reference_depth.and_then(|depth| depth.data().get(index)).map_or(0.0, |d| f64::from(*d));
-        if let Some([u, v]) = scene.reverse.project((index % row) as f64, (index / row) as f64, d)
+        if !(scene.masked && colour[3] == 0)
+            && let Some([u, v]) = back((index % row) as f64, (index / row) as f64, d)
             && u >= 0.0
             && v >= 0.0
             && u < width as f64

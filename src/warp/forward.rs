@@ -1,7 +1,7 @@
 //! Direct forward mapping (paper, section 3.2.1 and table 2, row 3): the simplest of the ablation's warps.
 
 use super::canvas::Canvas;
-use crate::geometry::Model;
+use super::grid::Map;
 use crate::image::zeroed;
 use crate::{Image, ImageView, InverseDepth, Mask, Result};
 
@@ -18,7 +18,7 @@ pub(super) struct Output<'a> {
 pub(super) fn splat(
     target: &ImageView<'_>,
     depth: Option<&InverseDepth>,
-    model: &Model,
+    map: &Map<'_>,
     canvas: &Canvas,
     out: &mut Output<'_>,
 ) -> Result<Vec<f32>> {
@@ -27,7 +27,11 @@ pub(super) fn splat(
     for y in 0..h {
         for x in 0..w {
             let d = depth.map_or(0.0, |d| f64::from(d.data()[y * w + x]));
-            let Some([u, v]) = model.project(x as f64, y as f64, d) else { continue };
+            let place = match &map.screen {
+                Some(screen) => Some(screen.project(map.model.transform(x as f64, y as f64, d))),
+                None => map.model.project(x as f64, y as f64, d),
+            };
+            let Some([u, v]) = place else { continue };
             let u = (u + 0.5).floor() + canvas.offset.0 as f64;
             let v = (v + 0.5).floor() + canvas.offset.1 as f64;
             if !(u >= 0.0 && v >= 0.0 && u < canvas.width as f64 && v < canvas.height as f64) {

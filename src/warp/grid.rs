@@ -1,7 +1,8 @@
 //! Forward map of the target's grid vertices into the reference's view by equation 4 (paper, section 3.2.1).
 
-use wide::{CmpGt, f64x2, i32x4};
+use wide::{CmpEq, CmpGt, f64x2, i32x4};
 
+use super::Screen;
 use super::canvas::Limits;
 use crate::geometry::Model;
 use crate::image::{filled, zeroed};
@@ -19,6 +20,14 @@ const SUBPIXEL: f64 = PIXEL as f64;
 /// limit.
 pub(super) type Point = [i32; 2];
 pub(super) const INVALID: i32 = i32::MIN;
+
+/// Where the target's pixels land.
+pub(super) struct Map<'a> {
+    pub model: &'a Model,
+    /// What the model's image is projected onto, other than a plane.
+    pub screen: Option<Screen>,
+    pub limits: Limits,
+}
 
 /// The mapped vertices of C₁×C₂ cells over the target.
 pub(super) struct VertexGrid {
@@ -41,9 +50,8 @@ impl VertexGrid {
     pub fn map(
         size: (usize, usize),
         depth: Option<&InverseDepth>,
-        model: &Model,
+        map: &Map<'_>,
         (columns, rows): (u32, u32),
-        limits: &Limits,
     ) -> Result<Self> {
         let ((columns, dx), (rows, dy)) = (axis(columns, size.0), axis(rows, size.1));
         let stride = columns.next_multiple_of(LANES) + LANES;
@@ -57,19 +65,19 @@ impl VertexGrid {
         for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
             let y = j as f64 * dy;
             sample_row(depth, dx, y, &mut depths[..=columns]);
-            let projection = RowProjection::new(model, y);
+            let projection = RowProjection::new(map, y);
             // Vertices i and i + 1.
-            let mut map = |i: usize, d: [f32; 2]| {
+            let mut land = |i: usize, d: [f32; 2]| {
                 let x = f64x2::new([i as f64, (i + 1) as f64]) * f64x2::splat(dx);
                 let d = f64x2::new([f64::from(d[0]), f64::from(d[1])]);
                 let ([x, y], in_front) = projection.project(x, d);
-                let visible = in_front & limits.contain([x, y]);
+                let visible = in_front & map.limits.contain([x, y]);
                 clipped |= in_front ^ visible;
                 [fixed(x), fixed(y), bytemuck::cast(visible)]
             };
             let vertices = row_x.as_chunks_mut::<LANES>().0.iter_mut().zip(row_y.as_chunks_mut::<LANES>().0);
             for (i, (&[a, b, c, d], (px, py))) in depths.as_chunks::<LANES>().0.iter().zip(vertices).enumerate() {
-                let (two, others) = (map(LANES * i, [a, b]), map(LANES * i + 2, [c, d]));
+                let (two, others) = (land(LANES * i, [a, b]), land(LANES * i + 2, [c, d]));
                 let [x, y, visible] = [0, 1, 2].map(|k| even_lanes(two[k], others[k]));
                 for (k, (v, out)) in [x, y].into_iter().zip([px, py]).enumerate() {
                     least[k] = least[k].min(visible.blend(v, least[k]));
@@ -99,21 +107,38 @@ impl VertexGrid {
     }
 }
 
-/// The model along a row of the target: the homogeneous coordinates are h x + c + e d each.
-struct RowProjection([[f64x2; 3]; 3]);
+/// The map along a row of the target: the homogeneous coordinates are h x + c + e d each.
+struct RowProjection<'a> {
+    terms: [[f64x2; 3]; 3],
+    screen: Option<&'a Screen>,
+}
 
-impl RowProjection {
+impl<'a> RowProjection<'a> {
     #[inline(always)]
-    fn new(&Model { h, e }: &Model, y: f64) -> Self {
-        Self([0, 1, 2].map(|k| [h[(k, 0)], h[(k, 1)] * y + h[(k, 2)], e[k]].map(f64x2::splat)))
+    fn new(map: &'a Map<'_>, y: f64) -> Self {
+        let Model { h, e } = map.model;
+        let terms = [0, 1, 2].map(|k| [h[(k, 0)], h[(k, 1)] * y + h[(k, 2)], e[k]].map(f64x2::splat));
+        Self { terms, screen: map.screen.as_ref() }
     }
 
     /// Images of two points, and which of them are neither behind the camera nor a hole, where all is NaN.
     #[inline(always)]
     fn project(&self, x: f64x2, d: f64x2) -> ([f64x2; 2], f64x2) {
-        let [u, v, w] = self.0.map(|[h, c, e]| h * x + c + e * d);
+        let [u, v, w] = self.terms.map(|[h, c, e]| h * x + c + e * d);
+        if let Some(screen) = self.screen {
+            return Self::around(screen, [u, v, w]);
+        }
         let scale = f64x2::splat(1.0) / w;
         ([u * scale, v * scale], scale.cmp_gt(f64x2::splat(0.0)))
+    }
+
+    /// Images of two rays.
+    #[inline(never)]
+    fn around(screen: &Screen, rays: [f64x2; 3]) -> ([f64x2; 2], f64x2) {
+        let [[x0, x1], [y0, y1], [z0, z1]] = rays.map(f64x2::to_array);
+        let ([u0, v0], [u1, v1]) = (screen.project([x0, y0, z0]), screen.project([x1, y1, z1]));
+        let v = f64x2::new([v0, v1]);
+        ([f64x2::new([u0, u1]), v], v.cmp_eq(v))
     }
 }
 

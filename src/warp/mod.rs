@@ -2,7 +2,7 @@
 //!
 //! | paper | equations | file |
 //! |---|---|---|
-//! | 3.2.1 forward map of the grid | 4 | `grid.rs`; `forward.rs` is direct forward mapping |
+//! | 3.2.1 forward map of the grid | 4 | `grid.rs`, onto a `screen.rs` if wanted; `forward.rs` is direct forward mapping |
 //! | 3.2.1 backward rendering | | `render.rs`, `raster.rs`, `cell.rs`, `sample.rs` |
 //! | 3.2.2 void region recovery | 10 to 12 | `candidates.rs` in the overlap, `stretch.rs` outside; `outline.rs` is ours |
 //! | 3.2.3 overlapped pixels | 13 to 15 | `selection.rs` |
@@ -20,6 +20,7 @@ mod raster;
 mod render;
 mod sample;
 mod scene;
+mod screen;
 mod selection;
 mod stretch;
 
@@ -27,6 +28,9 @@ use crate::depth::holes::{self, Holes};
 use crate::geometry::{Model, check_views};
 use crate::observer::{Observer, report};
 use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
+
+pub use screen::Projection;
+pub(crate) use screen::Screen;
 
 /// How the target is rendered into the reference's view (paper, table 2, rows 3, 4, 5 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -141,30 +145,48 @@ pub fn warp(
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
     let check_canvas = |canvas| canvas::check_budget(canvas, options.max_bytes);
-    warp_within(target, reference, forward, reverse, options, &check_canvas, observer)
+    warp_within(&WarpJob::new([target, reference], forward, reverse), options, &check_canvas, observer)
+}
+
+/// What is warped onto what.
+#[derive(Clone, Copy)]
+pub(crate) struct WarpJob<'a> {
+    pub target: View<'a>,
+    /// A photo, or a picture made of several.
+    pub reference: View<'a>,
+    /// Whether the reference is there only where its alpha is not 0.
+    pub masked: bool,
+    pub forward: &'a Model,
+    pub reverse: &'a Model,
+    /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
+    /// back from them.
+    pub screen: Option<Screen>,
+}
+
+impl<'a> WarpJob<'a> {
+    pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
+        Self { target, reference, masked: false, forward, reverse, screen: None }
+    }
 }
 
 /// [`warp`], with a check of its own of the canvas (width, height) before that is allocated.
 pub(crate) fn warp_within(
-    target: View<'_>,
-    reference: View<'_>,
-    forward: &Model,
-    reverse: &Model,
+    job: &WarpJob<'_>,
     options: &WarpOptions,
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
+    let &WarpJob { target, reference, masked, forward, reverse, screen } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
     let target_depth = holes::resolve(target.depth.filter(|_| forward.has_parallax()), options.holes)?;
-    let grid = grid::VertexGrid::map(
-        target.image.size(),
-        target_depth.as_deref(),
-        forward,
-        options.grid,
-        &canvas::Limits::new(&reference.image, options.canvas_limit),
-    )?;
+    let limits = match &screen {
+        Some(screen) => screen.limits(),
+        None => canvas::Limits::new(&reference.image, options.canvas_limit),
+    };
+    let map = grid::Map { model: forward, screen, limits };
+    let grid = grid::VertexGrid::map(target.image.size(), target_depth.as_deref(), &map, options.grid)?;
     let canvas = canvas::Canvas::around(grid.bounds, &reference.image);
     check_canvas((canvas.width, canvas.height))?;
     report(observer, Stage::Warp, 0.2)?;
@@ -176,24 +198,26 @@ pub(crate) fn warp_within(
     };
     let depth = if options.mode == WarpMode::Forward {
         let mut out = forward::Output { image: &mut image, footprint: &mut footprint, with_depth: options.depth };
-        forward::splat(&target.image, target_depth.as_deref(), forward, &canvas, &mut out)?
+        forward::splat(&target.image, target_depth.as_deref(), &map, &canvas, &mut out)?
     } else {
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = scene::Scene {
             target: target.image,
             target_depth: target_depth.as_deref(),
             reference: reference.image,
+            masked,
             reference_depth: reference_depth.as_deref(),
             reverse,
+            screen,
             options,
         };
         let mut out = render::Output { image: &mut image, footprint: &mut footprint, confidence: confidence.as_mut() };
         render::render(&scene, &grid, &canvas, &mut out, observer)?
     };
     if options.mode == WarpMode::Soft {
-        outline::clean(&mut image, &mut footprint, &canvas, &reference.image)?;
+        outline::clean(&mut image, &mut footprint, &canvas, &reference.image, masked)?;
     }
-    let depth = if options.depth { depth::in_reference_frame(depth, &image, forward, canvas.offset) } else { None };
+    let depth = if options.depth { depth::in_reference_frame(depth, &image, &map, canvas.offset) } else { None };
     report(observer, Stage::Warp, 1.0)?;
     Ok(Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped: grid.clipped })
 }

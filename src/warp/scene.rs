@@ -1,6 +1,6 @@
 //! What is rendered, and what it is compared with.
 
-use super::WarpOptions;
+use super::{Screen, WarpOptions};
 use crate::geometry::Model;
 use crate::{ImageView, InverseDepth};
 
@@ -9,7 +9,11 @@ pub(super) struct Scene<'a> {
     pub target: ImageView<'a>,
     pub target_depth: Option<&'a InverseDepth>,
     pub reference: ImageView<'a>,
+    /// Whether the reference is there only where its alpha is not 0.
+    pub masked: bool,
     pub reference_depth: Option<&'a InverseDepth>,
+    /// From the reference's pixels, or the rays of its screen.
     pub reverse: &'a Model,
+    pub screen: Option<Screen>,
     pub options: &'a WarpOptions,
 }

@@ -12,6 +12,7 @@ use super::{inputs, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
+use crate::warp::Projection;
 use crate::{Image, Result, Stage};
 
 /// Any number of photos.
@@ -92,6 +93,12 @@ fn result(done: &StitchedMany, input_time: f64) -> JsValue {
         MultiViewKind::Homographies => "homographies",
     };
     put(&result, "geometry", geometry.into());
+    let projection = match done.projection {
+        Projection::Plane => "plane",
+        Projection::Cylinder => "cylinder",
+        Projection::Sphere => "sphere",
+    };
+    put(&result, "projection", projection.into());
     put(&result, "photos", done.photos.iter().map(photo).collect::<Array>().into());
     let pairs = done.pairs.iter().map(|pair| {
         let object = results::numbers(&[("matches", pair.matches as f64), ("inliers", pair.inliers as f64)]);

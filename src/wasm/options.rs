@@ -9,7 +9,7 @@ use crate::depth::Holes;
 use crate::geometry::{Calibration, RobustFit, Threshold};
 use crate::mosaic::{Blending, Exposure, FillMethod, FillOptions, Seam};
 use crate::pipeline::{Mode, Options, WithoutDepth};
-use crate::warp::WarpMode;
+use crate::warp::{Projection, WarpMode};
 use crate::{Error, Result};
 
 /// Options from a JavaScript object. Absent and undefined ones have their defaults.
@@ -111,6 +111,9 @@ impl Reader<'_> {
         self.number(&specs::VOID_DISTANCE, &mut warp.void_distance);
         self.number(&specs::STRETCH_LIMIT, &mut warp.stretch_limit);
         self.number(&specs::CANVAS_LIMIT, &mut warp.canvas_limit);
+
+        let projections = [None, Some(Projection::Plane), Some(Projection::Cylinder), Some(Projection::Sphere)];
+        self.choice(&specs::PROJECTION, &mut options.projection, &projections);
 
         let blend = &mut options.blend;
         let exposure = [Exposure::Field, Exposure::Gain, Exposure::Off];

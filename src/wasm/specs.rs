@@ -99,6 +99,13 @@ pub(super) const STRETCH_LIMIT: Spec =
     Spec { name: "stretchLimit", expected: "a number above 0", min: 0_f64.next_up(), max: f64::MAX, choices: &[] };
 pub(super) const CANVAS_LIMIT: Spec =
     Spec { name: "canvasLimit", expected: "a number from 0 to 100", min: 0.0, max: 100.0, choices: &[] };
+pub(super) const PROJECTION: Spec = Spec {
+    name: "projection",
+    expected: "'auto', 'plane', 'cylinder' or 'sphere'",
+    min: 0.0,
+    max: 0.0,
+    choices: &["auto", "plane", "cylinder", "sphere"],
+};
 pub(super) const EXPOSURE: Spec = Spec {
     name: "exposure",
     expected: "'field', 'gain' or 'none'",

@@ -187,6 +187,11 @@ export interface Options {
    */
   canvasLimit: number;
   /**
+   * What three or more images are shown on: the reference's image plane, a cylinder or a sphere
+   * with a level horizon, or whichever suits the field of view. Default: auto.
+   */
+  projection: "auto" | "plane" | "cylinder" | "sphere";
+  /**
    * Adapts the target's exposure to the reference's: by a smooth field of gains, by one gain per
    * channel, or not at all. Default: field (none with mode "paper").
    */
@@ -460,7 +465,7 @@ export interface PhotoReport {
   error: number | null;
   /** What red, green and blue were multiplied by in linear light, on average over the overlap with the photos before it. */
   gains: number[];
-  /** The smallest rectangle around it in the picture, from the reference's top left pixel; null unless used. */
+  /** The smallest rectangle around it in the picture, from `offset`; null unless used. */
   extent: Rect | null;
 }
 
@@ -483,10 +488,12 @@ export interface StitchManyResult {
   labels: Mask;
   /** Pixels that photos reach but none of them covers. */
   voidMask: Mask;
-  /** Position of the reference's top left pixel in the mosaic. */
+  /** Position of the reference's top left pixel in the mosaic; of the rectangle around it unless `projection` is `"plane"`. */
   offset: { x: number; y: number };
   /** Index of the photo in whose view all are shown. */
   reference: number;
+  /** What the photos are shown on. On a plane the reference stays as it is. */
+  projection: "plane" | "cylinder" | "sphere";
   /** What explains the photos: cameras in different places, cameras that turned in one place, or homographies of a flat scene. */
   geometry: "cameras" | "rotations" | "homographies";
   /** One per photo, in the order given. */

@@ -52,6 +52,7 @@ test("parts of a picture become that picture, and what does not belong is left o
   );
   assert.equal(result.photos[2]?.extent, null);
   assert.equal(result.reference, 1);
+  assert.equal(result.projection, "plane");
   assert.ok(Math.abs(result.mosaic.width - whole.width) <= 2, `${result.mosaic.width}`);
   assert.ok(Math.abs(result.mosaic.height - whole.height) <= 2, `${result.mosaic.height}`);
   assert.ok(Math.abs(result.offset.x - shift) <= 1, `${result.offset.x}`);

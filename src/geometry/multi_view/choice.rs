@@ -1,5 +1,7 @@
 //! Which geometry explains all photos: cameras with parallax, cameras that turned, or homographies.
 
+use nalgebra::Matrix3;
+
 use super::bundle::Freedom;
 use super::growth::{finish, grow};
 use super::homographies::Chain;
@@ -145,6 +147,14 @@ impl MultiView {
     pub fn focal(&self, photo: usize) -> Option<f64> {
         match &self.solved {
             Solved::Scene(scene) => Some(scene.focal(photo) * scene.diagonals[photo]),
+            Solved::Chain(..) => None,
+        }
+    }
+
+    /// From rays in a camera's axes to its photo's pixels, and back; `None` with homographies.
+    pub fn calibration(&self, photo: usize) -> Option<[Matrix3<f64>; 2]> {
+        match &self.solved {
+            Solved::Scene(scene) => Some(self.lenses[photo].calibration(scene.focal(photo))),
             Solved::Chain(..) => None,
         }
     }

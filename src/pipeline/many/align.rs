@@ -3,11 +3,13 @@
 use super::depth::{PhotoDepth, depths};
 use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
 use super::memory::Budget;
+use super::picture::Picture;
 use super::result::{Photo, PhotoCode, PhotoReport};
 use super::{ManyOptions, view};
 use crate::geometry::{Lens, Model, MultiView, PairLink, multi_view};
 use crate::observer::{Observer, report};
 use crate::pipeline::timer::StageTimer;
+use crate::warp::Projection;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
 
 /// Fewest and most photos.
@@ -24,6 +26,7 @@ pub struct ManyAlignment {
     pub codes: Vec<PhotoCode>,
     /// The pairs of photos that were compared.
     pub pairs: Vec<PhotoPair>,
+    pub(super) picture: Picture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
 }
@@ -75,10 +78,12 @@ pub(super) fn align_timed(
     timer.end(Stage::Estimate, observer);
 
     let sizes: Vec<(usize, usize)> = lenses.iter().map(|lens| lens.size).collect();
-    let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry));
+    let plane = stages.projection == Some(Projection::Plane);
+    let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry, plane));
+    let picture = Picture::choose(stages.projection, reference, &placed, &sizes, &geometry);
     let mut used = vec![reference];
     for &photo in placed.iter().filter(|photo| **photo != reference) {
-        if view::can_be_shown(&sizes, [photo, reference], &geometry) {
+        if view::can_be_shown(&picture, photo, &sizes, &geometry) {
             used.push(photo);
         } else {
             codes[photo] = PhotoCode::TooOblique;
@@ -88,7 +93,7 @@ pub(super) fn align_timed(
     let depths = depths(&images, &used, reference, &geometry, &inside, stages.refine.as_ref(), observer)?;
     timer.end(Stage::Depth, observer);
     let order = view::outward(reference, &used, &inside);
-    Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, geometry, depths })
+    Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, picture, geometry, depths })
 }
 
 impl ManyAlignment {

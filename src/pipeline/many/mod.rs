@@ -9,6 +9,7 @@ mod align;
 mod depth;
 mod graph;
 pub(crate) mod memory;
+mod picture;
 mod result;
 mod view;
 
@@ -21,13 +22,17 @@ pub use result::{Photo, PhotoCode, PhotoReport, StitchedMany};
 use super::Crops;
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::mosaic::{Composition, FillGuide, FillMethod, crop, fill};
+use crate::mosaic::{Added, Composition, FillGuide, FillMethod, crop, fill};
 use crate::observer::{Observer, Portion};
+use crate::rect::diagonal;
 use crate::report::Warning;
-use crate::warp::{WarpOptions, Warped, warp_within};
-use crate::{Error, Result, Stage, View};
+use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
+use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
 use memory::Budget;
+
+/// Bounds that nothing lies beyond.
+const EVERYTHING: [i64; 4] = [i64::MIN / 4, i64::MIN / 4, i64::MAX / 4, i64::MAX / 4];
 
 /// Options of [`stitch_many`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,35 +59,28 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let ManyAlignment { reference, order, .. } = &alignment;
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let label = |photo: usize| (photo + 1) as u8;
-    let image = photos[*reference].image;
-    // Only exemplar filling uses depth, to distinguish background from foreground.
-    let guided = stages.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
-    let depth = alignment.depth(*reference).filter(|_| guided);
-    let mut composition = Composition::of(image, depth, label(*reference))?;
-    reports[*reference].extent = Some([0, 0, image.width() as i64, image.height() as i64]);
+    let mut painting = Painting { alignment: &alignment, photos, options: stages, budget: &budget, composition: None };
     let mut clipped = false;
-    let count = order.len().saturating_sub(1).max(1) as f32;
-    for (i, &photo) in order.iter().skip(1).enumerate() {
+    let count = order.len() as f32;
+    for (i, &photo) in order.iter().enumerate() {
         let (from, to) = (i as f32 / count, (i + 1) as f32 / count);
-        let warped = render(&alignment, photos, photo, stages, &budget, &mut Portion::new(observer, from, to))?;
+        let warped = painting.render(photo, &mut Portion::new(observer, from, to))?;
         timer.end(Stage::Warp, observer);
-        let mut added = None;
-        if let Some(warped) = &warped {
-            clipped |= warped.clipped;
-            budget.check(composition.size_with(warped))?;
-            added = composition.add(warped, label(photo), &stages.blend, &mut Portion::new(observer, from, to))?;
-        }
+        clipped |= warped.as_ref().is_some_and(|(warped, _)| warped.clipped);
+        let added = painting.add(warped, photo, label(photo), &mut Portion::new(observer, from, to))?;
         match added {
             Some(added) => (reports[photo].gains, reports[photo].extent) = (added.gains, Some(added.extent)),
             None => reports[photo].code = PhotoCode::NotVisible,
         }
         timer.end(Stage::Blend, observer);
     }
+    let Some(composition) = painting.composition else { return Err(Error::NoOverlap { pixels: 0 }.into()) };
     let voids = composition.voids()?;
     let Composition { mut image, labels, offset, depth, .. } = composition;
     if let Some(options) = &stages.fill {
-        // There is no one epipole.
-        let guide = depth.map(|depth| FillGuide { depth, epipole: [0.0; 3] });
+        // Only exemplar filling uses depth, to tell background from foreground. There is no one epipole.
+        let guided = options.method == FillMethod::Exemplar && alignment.depth(*reference).is_some();
+        let guide = guided.then_some(FillGuide { depth, epipole: [0.0; 3] });
         fill(&mut image, &voids, guide.as_ref(), options, observer)?;
     }
     let crops = Crops { inner: crop::inner(&image)?, bounds: crop::bounds(&image) };
@@ -93,6 +91,7 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
         voids,
         offset,
         reference: *reference,
+        projection: alignment.picture.projection(),
         geometry: alignment.geometry.kind,
         photos: reports,
         pairs: alignment.pairs,
@@ -102,31 +101,73 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     })
 }
 
-/// Renders a photo in the reference's view; `None` when nothing of it lands on the canvas.
-fn render(
-    alignment: &ManyAlignment,
-    photos: &[Photo<'_>],
-    photo: usize,
-    options: &Options,
-    budget: &Budget<'_>,
-    observer: &mut dyn Observer,
-) -> Result<Option<Warped>> {
-    let reference = alignment.reference;
-    let models = [[photo, reference], [reference, photo]].map(|pair| alignment.geometry.model(pair));
-    let [Some(forward), Some(reverse)] = models else { return Ok(None) };
-    let image = photos[photo].image;
-    let view = |photo: usize| View { image: photos[photo].image, depth: alignment.depth(photo) };
-    let most = options.warp.void_distance;
-    let (w, h) = (image.width() as f64, image.height() as f64);
-    let warp = WarpOptions {
+/// The picture as it grows.
+struct Painting<'a> {
+    alignment: &'a ManyAlignment,
+    photos: &'a [Photo<'a>],
+    options: &'a Options,
+    budget: &'a Budget<'a>,
+    /// Nothing at first.
+    composition: Option<Composition>,
+}
+
+impl Painting<'_> {
+    /// Renders a photo next to what is there already, and says where the origin of its canvas is in the view; `None` when nothing of
+    /// it lands there, or it needs no rendering.
+    fn render(&self, photo: usize, observer: &mut dyn Observer) -> Result<Option<(Warped, [i64; 2])>> {
+        let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, .. } = *self;
+        let sizes: Vec<_> = photos.iter().map(|photo| photo.image.size()).collect();
+        let (base, depth, at) = match &self.composition {
+            None if picture.screen.is_none() => return Ok(None),
+            None => (Image::transparent(1, 1)?, InverseDepth::constant(0.0, 1, 1)?, [0; 2]),
+            // All of it, where it is not clear how much is needed.
+            Some(there) => there.part(picture.bounds(photo, &sizes, geometry).unwrap_or(EVERYTHING))?,
+        };
+        let Some([forward, reverse]) = picture.models(geometry, photo, at) else { return Ok(None) };
+        let most = self.options.warp.void_distance;
         // As of two photos.
-        void_distance: (4.0 * alignment.prediction_error(photo) / (w * w + h * h).sqrt()).max(0.5 * most).min(most),
-        depth: options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
-        ..options.warp.clone()
-    };
-    let check_canvas = |canvas| budget.check(canvas);
-    match warp_within(view(photo), view(reference), &forward, &reverse, &warp, &check_canvas, observer) {
-        Err(error) if matches!(*error, Error::NoOverlap { .. }) => Ok(None),
-        warped => warped.map(Some),
+        let void_distance = 4.0 * self.alignment.prediction_error(photo) / diagonal(sizes[photo]);
+        let options = WarpOptions {
+            void_distance: void_distance.max(0.5 * most).min(most),
+            depth: true,
+            ..self.options.warp.clone()
+        };
+        let job = WarpJob {
+            target: View { image: photos[photo].image, depth: self.alignment.depth(photo) },
+            reference: View { image: base.view(), depth: Some(&depth) },
+            masked: true,
+            forward: &forward,
+            reverse: &reverse,
+            screen: picture.screen_at(at),
+        };
+        match warp_within(&job, &options, &|canvas| self.budget.check(canvas), observer) {
+            Err(error) if matches!(*error, Error::NoOverlap { .. }) => Ok(None),
+            warped => warped.map(|warped| Some((warped, at))),
+        }
+    }
+
+    /// Adds a photo; `None` when nothing of it is visible.
+    fn add(
+        &mut self,
+        warped: Option<(Warped, [i64; 2])>,
+        photo: usize,
+        label: u8,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Added>> {
+        let image = self.photos[photo].image;
+        let Some(composition) = &mut self.composition else {
+            let first = match warped {
+                Some((warped, _)) => Composition::of_warped(warped, image.size(), label)?,
+                None => Composition::of(image, self.alignment.depth(photo), label)?,
+            };
+            let (left, top) = first.offset;
+            let (width, height) = first.image.size();
+            let extent = [-(left as i64), -(top as i64), width as i64, height as i64];
+            self.composition = Some(first);
+            return Ok(Some(Added { gains: [1.0; 3], overlap: 0, extent }));
+        };
+        let Some((warped, at)) = warped else { return Ok(None) };
+        self.budget.check(composition.size_with(&warped, at))?;
+        composition.add(&warped, at, label, &self.options.blend, observer)
     }
 }

@@ -4,6 +4,7 @@ use super::graph::PhotoPair;
 use crate::geometry::{Camera, MultiViewKind};
 use crate::pipeline::Crops;
 use crate::report::Warning;
+use crate::warp::Projection;
 use crate::{Image, ImageView, Mask, Stage};
 
 /// One of the photos to stitch.
@@ -74,10 +75,12 @@ pub struct StitchedMany {
     pub labels: Mask,
     /// Pixels that photos reach, but none of them covers.
     pub voids: Mask,
-    /// Position of the reference's top left pixel.
+    /// Position of the reference's top left pixel; of the rectangle around it if it is not shown on a plane.
     pub offset: (usize, usize),
     /// The photo in whose view all are shown.
     pub reference: usize,
+    /// What they are shown on.
+    pub projection: Projection,
     /// Which geometry explains the photos.
     pub geometry: MultiViewKind,
     /// One per photo, in the order given.

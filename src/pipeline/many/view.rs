@@ -1,27 +1,25 @@
 //! In whose view the photos are shown, which of them can be, and in which order.
 
-use crate::geometry::{Model, MultiView, PairLink};
+use nalgebra::Vector3;
+
+use super::picture::{Picture, Size, typical_depth};
+use crate::geometry::{MultiView, PairLink};
 use crate::rect::diagonal;
-use crate::statistics::median;
 
 /// A photo that would be enlarged by more than this, in area and at the median, is left out.
 const MOST_STRETCH: f64 = 4.0;
-/// So is one that looks farther to the side than the angle of this cosine, 60°: on a plane it would have no end.
-const LEAST_COSINE: f64 = 0.5;
-/// Points a row and a column that are looked at.
-const POINTS: usize = 9;
+/// So is one that looks more than 60° to the side on a plane, where it would have no end: the cosine.
+const WIDEST: f64 = 0.5;
 
-/// Width and height in pixels.
-type Size = (usize, usize);
-
-/// The photo in whose view most of the others can be shown; of several the one from which they are the least far away: the
-/// largest distance of their middles from its own is the smallest.
-pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView) -> usize {
+/// The photo from which the others are the least far away: the largest distance of their middles from its own is the smallest.
+/// For a `plane` it is one in whose view most of the others can be shown.
+#[inline(never)]
+pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView, plane: bool) -> usize {
     let mut best: Option<(usize, f64, usize)> = None;
     for &photo in candidates {
         let (mut shown, mut farthest) = (0, 0.0f64);
         for &other in candidates.iter().filter(|other| **other != photo) {
-            if can_be_shown(sizes, [other, photo], geometry) {
+            if !plane || can_be_shown(&Picture::plane(photo), other, sizes, geometry) {
                 shown += 1;
                 let there = distance(sizes, [other, photo], geometry);
                 farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
@@ -34,58 +32,39 @@ pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView)
     best.map_or(0, |(.., photo)| photo)
 }
 
-/// How far from the middle of a photo the middle of another appears, in diagonals; infinitely far behind the camera.
+/// How far from the middle of a photo the middle of another appears: the angle, or without cameras in diagonals, infinitely far
+/// behind.
+#[inline(never)]
 fn distance(sizes: &[Size], [from, to]: [usize; 2], geometry: &MultiView) -> f64 {
     let Some(model) = geometry.model([from, to]) else { return f64::INFINITY };
     let middle = |(w, h): Size| [0.5 * (w as f64 - 1.0), 0.5 * (h as f64 - 1.0)];
     let ([x, y], [cx, cy]) = (middle(sizes[from]), middle(sizes[to]));
-    let Some([u, v]) = model.project(x, y, typical_depth(geometry, [from, to])) else { return f64::INFINITY };
+    let depth = typical_depth(geometry, [from, to]);
+    if let Some([_, to_rays]) = geometry.calibration(to) {
+        let ray = to_rays * Vector3::from(model.transform(x, y, depth));
+        return libm::atan2((ray[0] * ray[0] + ray[1] * ray[1]).sqrt(), ray[2]);
+    }
+    let Some([u, v]) = model.project(x, y, depth) else { return f64::INFINITY };
     ((u - cx) * (u - cx) + (v - cy) * (v - cy)).sqrt() / diagonal(sizes[to])
 }
 
-/// The median inverse depth of a photo's landmarks; 0 without parallax.
-fn typical_depth(geometry: &MultiView, [photo, other]: [usize; 2]) -> f64 {
-    median(geometry.samples(photo, other).iter().map(|s| s.depth).collect()).unwrap_or(0.0)
-}
-
-/// Whether a photo can be shown in the reference's view: it is neither stretched beyond recognition nor far to the side.
-pub(super) fn can_be_shown(sizes: &[Size], [photo, reference]: [usize; 2], geometry: &MultiView) -> bool {
-    if let (Some(own), Some(other)) = (geometry.camera(photo), geometry.camera(reference)) {
+/// Whether a photo can be shown in the picture: it is neither stretched beyond recognition nor, on a plane, far to the side.
+#[inline(never)]
+pub(super) fn can_be_shown(picture: &Picture, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
+    if picture.screen.is_none()
+        && let (Some(own), Some(other)) = (geometry.camera(photo), geometry.camera(picture.reference))
+    {
         // Between the optical axes.
-        let cosine = (other.rotation * own.rotation.transpose())[(2, 2)];
-        if cosine < LEAST_COSINE {
+        let cosine = other.rotation.row(2).dot(&own.rotation.row(2));
+        if cosine < WIDEST {
             return false;
         }
     }
-    let Some(model) = geometry.model([photo, reference]) else { return false };
-    // A longer lens is no stretch.
-    let zoom = match (geometry.focal(reference), geometry.focal(photo)) {
-        (Some(of_reference), Some(own)) => of_reference / own,
-        _ => 1.0,
-    };
-    let depth = typical_depth(geometry, [photo, reference]);
-    stretch(&model, sizes[photo], depth).is_some_and(|stretch| stretch < MOST_STRETCH * zoom * zoom)
-}
-
-/// By how much a photo's area grows, at the median; `None` where most of it is behind the camera or turned over.
-fn stretch(model: &Model, (w, h): Size, depth: f64) -> Option<f64> {
-    let mut areas = Vec::new();
-    for j in 0..POINTS {
-        for i in 0..POINTS {
-            let at = |k: usize, side: usize| (k as f64 + 0.5) / POINTS as f64 * (side as f64 - 2.0);
-            let (x, y) = (at(i, w), at(j, h));
-            let place = |x, y| model.project(x, y, depth);
-            let area = match (place(x, y), place(x + 1.0, y), place(x, y + 1.0)) {
-                (Some(a), Some(b), Some(c)) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]),
-                _ => -1.0,
-            };
-            areas.push(if area > 0.0 { area } else { f64::INFINITY });
-        }
-    }
-    median(areas).filter(|area| area.is_finite())
+    picture.stretch(photo, sizes, geometry).is_some_and(|stretch| stretch < MOST_STRETCH)
 }
 
 /// The photos from the reference outward: each time the one with most matches with those before; first the reference.
+#[inline(never)]
 pub(super) fn outward(reference: usize, photos: &[usize], links: &[PairLink]) -> Vec<usize> {
     let mut order = vec![reference];
     while order.len() < photos.len() {
