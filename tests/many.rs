@@ -96,9 +96,10 @@ fn strip_of_four_photos_is_one_picture() {
 
     let done = stitch_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
     assert_eq!(done.geometry, MultiViewKind::Cameras);
-    for (photo, report) in (1u8..).zip(&done.photos) {
-        assert!(done.labels.data().contains(&photo), "photo {photo} does not show");
-        assert_eq!(report.code, PhotoCode::Used);
+    assert!(done.photos.iter().all(|photo| photo.code == PhotoCode::Used));
+    // What one of the inner photos shows others show as well, and seams may leave nothing of it.
+    for photo in [0, 3, done.reference] {
+        assert!(done.labels.data().contains(&(photo as u8 + 1)), "photo {photo} does not show");
     }
     // The reference is where it should be, and nearly as it was.
     let (left, top) = done.offset;

@@ -46,26 +46,6 @@ pub(super) fn cos_sin(angle: f32) -> (f32, f32) {
     (cos as f32, sin as f32)
 }
 
-/// Cosine of an angle of at most a quarter turn, in radians: FDLIBM's polynomial, so up to π/4 the same bits as `libm::cos`,
-/// and within 10⁻⁹ of it up to π/2. What reduces larger angles there would be 2 KB of wasm, gzipped.
-pub(super) fn cos(angle: f64) -> f64 {
-    const EVEN: [f64; 6] = [
-        4.166_666_666_666_66e-2,
-        -1.388_888_888_887_411e-3,
-        2.480_158_728_947_673e-5,
-        -2.755_731_435_139_066_3e-7,
-        2.087_572_321_298_175e-9,
-        -1.135_964_755_778_819_5e-11,
-    ];
-    let [a, b, c, d, e, f] = EVEN;
-    let z = angle * angle;
-    let (zz, half) = (z * z, 0.5 * z);
-    let rest = z * (z * (a + z * (b + z * c)) + zz * zz * (d + z * (e + z * f)));
-    // The last bits of 1 are in neither of the first two summands.
-    let most = 1.0 - half;
-    most + (((1.0 - most) - half) + rest)
-}
-
 /// out[i] = exp(−(first + i)²·falloff), by a recurrence that multiplies only.
 pub(super) fn bell(first: f32, falloff: f32, out: &mut [f32]) {
     let (first, falloff) = (f64::from(first), f64::from(falloff));
@@ -109,15 +89,6 @@ mod tests {
             let radians = f64::from(a) * RADIANS;
             assert!((f64::from(cos) - libm::cos(radians)).abs() < 1e-6, "{a}");
             assert!((f64::from(sin) - libm::sin(radians)).abs() < 1e-6, "{a}");
-        }
-    }
-
-    #[test]
-    fn cos_is_that_of_libm() {
-        for i in 0..=10_000 {
-            let angle = f64::from(i) / 10_000.0 * std::f64::consts::FRAC_PI_4;
-            assert_eq!(cos(angle), libm::cos(angle), "{angle}");
-            assert!((cos(2.0 * angle) - libm::cos(2.0 * angle)).abs() < 1e-9, "{angle}");
         }
     }
 

@@ -5,14 +5,14 @@ use crate::luma::rec601;
 use crate::{ImageView, Result};
 
 /// Luma, 0 to 255, row by row.
-pub(super) struct Luma {
+pub(crate) struct Luma {
     pub data: Vec<f32>,
     pub width: usize,
     pub height: usize,
 }
 
 /// Rec. 601 luma resampled to `size`, at most the photo's: each value is the mean over the area that it covers.
-pub(super) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
+pub(crate) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
     let (width, height) = size;
     let mut data = Vec::new();
     reserve(&mut data, width * height)?;

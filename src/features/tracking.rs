@@ -112,6 +112,42 @@ impl Scene<'_> {
     }
 }
 
+/// Where the second photo shows what the first one shows at a point, to a fraction of a pixel; `map` says about where, for points
+/// around it as well. `None` without texture, and where the photos do not agree.
+pub(crate) fn align_patch(
+    [first, second]: [&Luma; 2],
+    [x, y]: [f64; 2],
+    map: &dyn Fn([f64; 2]) -> Option<[f64; 2]>,
+) -> Option<[f64; 2]> {
+    let half = RADIUS as f64;
+    let middle = map([x, y])?;
+    let slope = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k| (b[k] - a[k]) / (2.0 * half));
+    let across = slope(map([x - half, y])?, map([x + half, y])?);
+    let down = slope(map([x, y - half])?, map([x, y + half])?);
+    let offset = |i: usize| i as f64 - half;
+    let places = |origin: [f64; 2], across: [f64; 2], down: [f64; 2]| {
+        let place = |k: usize| {
+            let (dx, dy) = (offset(k % SIDE), offset(k / SIDE));
+            [0, 1].map(|c| (origin[c] + across[c] * dx + down[c] * dy) as f32)
+        };
+        std::array::from_fn(place)
+    };
+    let template = Template::new(window(first, &places([x, y], [1.0, 0.0], [0.0, 1.0]))?)?;
+    let mut shift = [0.0f64; 2];
+    for _ in 0..STEPS {
+        // The shift is in the first photo's axes.
+        let at = [0, 1].map(|c| middle[c] + across[c] * shift[0] + down[c] * shift[1]);
+        let (step, residual) = template.step(&window(second, &places(at, across, down))?);
+        let step = step.map(f64::from);
+        shift = [shift[0] + step[0], shift[1] + step[1]];
+        let near = shift[0] * shift[0] + shift[1] * shift[1] <= f64::from(REACH * REACH);
+        if !near || step[0] * step[0] + step[1] * step[1] < f64::from(CONVERGED * CONVERGED) {
+            return (near && residual < RESIDUAL * template.contrast).then_some(at);
+        }
+    }
+    None
+}
+
 /// Bilinear value; `None` outside the image.
 fn bilinear(Luma { data, width, .. }: &Luma, x: f32, y: f32) -> Option<f32> {
     if !(x >= 0.0 && y >= 0.0 && x < (width - 1) as f32) {

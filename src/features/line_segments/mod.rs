@@ -12,7 +12,6 @@ use level_lines::LevelLines;
 use rectangle::Validation;
 use region::Grower;
 
-use crate::features::approximation::cos;
 use crate::{Error, ImageView, Result};
 
 /// A straight edge. Seen from `start` to `end`, the darker side lies to the right (x right, y down).
@@ -73,7 +72,7 @@ impl Default for LineSegmentOptions {
 pub fn line_segments(image: ImageView<'_>, options: &LineSegmentOptions) -> Result<Vec<LineSegment>> {
     check(options)?;
     let tolerance = options.angle_tolerance.to_radians();
-    let cosine = cos(tolerance);
+    let cosine = libm::cos(tolerance);
     let sine = (1.0 - cosine * cosine).sqrt();
     let lines = LevelLines::new(image, options, options.quantization_error / sine)?;
     let validation = Validation::new(&lines, options.angle_tolerance / 180.0, options.min_significance);

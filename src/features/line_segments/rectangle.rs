@@ -3,7 +3,6 @@
 use std::f64::consts::{LN_10, PI};
 
 use super::level_lines::LevelLines;
-use crate::features::approximation::cos;
 
 /// Rectangles tried of each place: the tests of one segment are counted as these.
 const TRIALS: f64 = 11.0;
@@ -114,7 +113,7 @@ impl<'a> Validation<'a> {
         let aside = half * dx.abs();
         let top = (y0.min(rectangle.end[1]) - aside).ceil().max(0.0) as usize;
         let bottom = (y0.max(rectangle.end[1]) + aside).floor().min((self.lines.height - 1) as f64);
-        let least = cos(rectangle.probability * PI);
+        let least = libm::cos(rectangle.probability * PI);
         let (mut pixels, mut aligned) = (0, 0);
         for y in top..(bottom + 1.0).max(0.0) as usize {
             let fall = y as f64 - y0;

@@ -3,7 +3,6 @@
 use super::level_lines::LevelLines;
 use super::rectangle::Rectangle;
 use crate::Result;
-use crate::features::approximation::cos;
 use crate::image::reserve;
 
 /// Grows one region after the other. No pixel belongs to two.
@@ -51,7 +50,7 @@ impl<'a> Grower<'a> {
     /// Takes in all connected pixels within `tolerance` of the direction so far.
     fn grow(&mut self, seed: [u32; 2], tolerance: f64) {
         let LevelLines { width, height, directions, .. } = self.lines;
-        let cosine = cos(tolerance);
+        let cosine = libm::cos(tolerance);
         let first = self.index(seed);
         self.pixels.clear();
         self.pixels.push(seed);

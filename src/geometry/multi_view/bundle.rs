@@ -4,7 +4,7 @@
 
 use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
-use super::least_squares::{Equations, huber, times};
+use super::least_squares::{Equations, cauchy, times};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::calibrated::small_rotation;
@@ -126,7 +126,7 @@ impl SceneEquations {
         let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::new() };
         for o in &landmark.seen {
             let row = Row::of(scene, unknowns, landmark, o);
-            let (cost, weight) = huber(row.as_ref().map(|row| row.error), scene.noise);
+            let (cost, weight) = cauchy(row.as_ref().map(|row| row.error), scene.noise);
             self.common.cost += cost;
             let Some(row) = row else { continue };
             let slopes = &row.slopes[..row.count];

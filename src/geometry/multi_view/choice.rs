@@ -6,20 +6,22 @@ use super::bundle::Freedom;
 use super::growth::{finish, grow};
 use super::homographies::Chain;
 use super::least_squares::times;
+use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};
 use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
-use super::tracks::{Track, tracks};
+use super::tracks::{Observation, Track, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::{DepthSample, Model};
-use crate::rect::diagonal;
 use crate::statistics::median;
 
 /// A pair whose rotation contradicts those of the others by more than this is a wrong one, in radians.
 const CONTRADICTION: f64 = 0.12;
 /// A match counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
 const EXPLAINED: f64 = 0.0019;
+/// A photo needs so many exact places to be adjusted to them alone.
+const FEWEST_EXACT: usize = 20;
 
 /// What the photos were found to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +42,8 @@ pub struct MultiView {
     /// Pairs that take no part as they contradict the others, by their index.
     pub contradicting: Vec<usize>,
     lenses: Vec<Lens>,
+    /// Of the logarithm of the focal length.
+    prior: [f64; 2],
     solved: Solved,
 }
 
@@ -47,6 +51,17 @@ pub struct MultiView {
 enum Solved {
     Scene(Box<Scene>),
     Chain(Chain, Vec<PairLink>),
+}
+
+/// A point that two photos show.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    /// Their indices.
+    pub photos: [usize; 2],
+    /// Where either shows it, in pixels.
+    pub places: [[f64; 2]; 2],
+    /// Its inverse depth in the first.
+    pub depth: f64,
 }
 
 /// Finds the geometry of photos that `links` connect with `root`, which always has a place.
@@ -73,29 +88,28 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView
     finish(&mut turned, &tracks, root, Freedom::Rotations, focal.prior);
     let grown = grow(lenses, &focal, &tracks, &poses, &rotations);
     let chain = Chain::of(lenses, links, &turned.diagonals, root);
-    choose(lenses, links, &tracks, contradicting, grown, turned, chain)
+    let (kind, solved) = choose(lenses, links, &tracks, grown, turned, chain);
+    MultiView { kind, contradicting, lenses: lenses.to_vec(), prior: focal.prior, solved }
 }
 
 fn choose(
     lenses: &[Lens],
     links: &[PairLink],
     tracks: &[Track],
-    contradicting: Vec<usize>,
     grown: Option<Scene>,
     turned: Scene,
     chain: Chain,
-) -> MultiView {
+) -> (MultiViewKind, Solved) {
     let explained = [
         grown.as_ref().map_or(0.0, |scene| explained_by_scene(scene, tracks)),
         explained_by_scene(&turned, tracks),
         explained_by_chain(&chain, lenses, links),
     ];
-    let (kind, solved) = match grown {
+    match grown {
         Some(scene) if explained[0] > explained[2] => (MultiViewKind::Cameras, Solved::Scene(Box::new(scene))),
         _ if explained[1] >= 0.9 * explained[2] => (MultiViewKind::Rotations, Solved::Scene(Box::new(turned))),
         _ => (MultiViewKind::Homographies, Solved::Chain(chain, links.to_vec())),
-    };
-    MultiView { kind, contradicting, lenses: lenses.to_vec(), solved }
+    }
 }
 
 /// The share of all observations beyond the first of each track that landmarks explain.
@@ -127,6 +141,52 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
 }
 
 impl MultiView {
+    /// Adjusts cameras in different places to other matches between the same photos.
+    pub fn refine(&mut self, links: &[PairLink]) {
+        self.adjust_to(&tracks(&self.lenses, links));
+    }
+
+    /// Adjusts the cameras once more when `sharpen` has said where exactly photos show what others do: to these places alone, as
+    /// long as each photo has some.
+    pub fn sharpen(&mut self, sharpen: &mut dyn FnMut(&Sight) -> Option<[f64; 2]>) {
+        let Solved::Scene(scene) = &self.solved else { return };
+        let (mut all, mut exact) = (Vec::new(), Vec::new());
+        let mut counts = vec![0; self.lenses.len()];
+        for landmark in &scene.landmarks {
+            let anchor = landmark.anchor;
+            let mut tracks = [vec![anchor], vec![anchor]];
+            for o in &landmark.seen {
+                let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
+                let sight = Sight { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
+                let place = sharpen(&sight).map(|place| self.lenses[o.photo].centred(place));
+                tracks[0].push(Observation { place: place.unwrap_or(o.place), ..*o });
+                if let Some(place) = place {
+                    tracks[1].push(Observation { place, ..*o });
+                    counts[o.photo] += 1;
+                    counts[anchor.photo] += 1;
+                }
+            }
+            let [one, other] = tracks;
+            all.push(one);
+            exact.extend(Some(other).filter(|track| track.len() > 1));
+        }
+        let enough = |(count, camera): (&usize, &Option<Camera>)| camera.is_none() || *count >= FEWEST_EXACT;
+        if counts.iter().zip(&scene.cameras).all(enough) {
+            self.adjust_to(&exact);
+            if let Solved::Scene(scene) = &mut self.solved {
+                scene.triangulate(&all, TOLERANCE);
+            }
+        }
+    }
+
+    fn adjust_to(&mut self, tracks: &[Track]) {
+        if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
+            && let Some(first) = scene.cameras.iter().position(Option::is_some)
+        {
+            finish(scene, tracks, first, Freedom::Poses, self.prior);
+        }
+    }
+
     /// Whether a photo has a place.
     pub fn is_placed(&self, photo: usize) -> bool {
         match &self.solved {
@@ -175,7 +235,6 @@ impl MultiView {
     pub fn samples(&self, photo: usize, other: usize) -> Vec<DepthSample> {
         let (Solved::Scene(scene), MultiViewKind::Cameras) = (&self.solved, self.kind) else { return Vec::new() };
         let (Some(model), lens) = (self.model([photo, other]), &self.lenses[photo]) else { return Vec::new() };
-        let ([cx, cy], scale) = (lens.centre(), diagonal(lens.size));
         let mut samples = Vec::new();
         for landmark in &scene.landmarks {
             let found = if landmark.anchor.photo == photo {
@@ -185,7 +244,7 @@ impl MultiView {
                 seen.and_then(|o| Some((o.place, landmark.depth / scene.appearance(landmark, o)?.point[2])))
             };
             if let Some((place, depth)) = found {
-                let point = [scale * place[0] + cx, scale * place[1] + cy];
+                let point = lens.pixel(place);
                 let parallax = model.parallax(point, depth);
                 if depth.is_finite() && parallax.is_normal() {
                     samples.push(DepthSample { point, depth, parallax });

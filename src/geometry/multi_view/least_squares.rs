@@ -28,6 +28,12 @@ pub(super) fn huber(error: Option<[f64; 2]>, noise: f64) -> (f64, f64) {
     (cost, weight / (noise * noise))
 }
 
+/// Cauchy's cost and weight, in the same way: an outlier counts the less the farther off it is.
+pub(super) fn cauchy(error: Option<[f64; 2]>, noise: f64) -> (f64, f64) {
+    let square = error.map_or(BEHIND * BEHIND, |[x, y]| x * x + y * y) / (noise * noise);
+    (0.5 * libm::log1p(square), 1.0 / (noise * noise * (1.0 + square)))
+}
+
 /// A cost, its gradient, and its matrix of second derivatives, of which only the lower triangle is read. Unknowns of different
 /// units are damped in proportion to the diagonal (Marquardt).
 #[derive(Debug, Clone)]

@@ -21,7 +21,7 @@ mod scene;
 mod self_calibration;
 mod tracks;
 
-pub use choice::{MultiView, MultiViewKind, multi_view};
+pub use choice::{MultiView, MultiViewKind, Sight, multi_view};
 pub use scene::Camera;
 
 use nalgebra::{Matrix3, Vector3};
@@ -46,6 +46,12 @@ impl Lens {
         let [cx, cy] = self.centre();
         let scale = 1.0 / diagonal(self.size);
         [(x - cx) * scale, (y - cy) * scale]
+    }
+
+    /// From centred coordinates to pixels.
+    fn pixel(&self, place: [f64; 2]) -> [f64; 2] {
+        let (centre, scale) = (self.centre(), diagonal(self.size));
+        [0, 1].map(|k| scale * place[k] + centre[k])
     }
 
     /// The principal point in pixels: the middle.

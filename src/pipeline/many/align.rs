@@ -2,11 +2,12 @@
 
 use super::depth::{PhotoDepth, depths};
 use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
+use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::picture::Picture;
 use super::result::{Photo, PhotoCode, PhotoReport};
 use super::{ManyOptions, view};
-use crate::geometry::{Lens, Model, MultiView, PairLink, multi_view};
+use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::observer::{Observer, report};
 use crate::pipeline::timer::StageTimer;
 use crate::warp::Projection;
@@ -57,7 +58,6 @@ pub(super) fn align_timed(
     let features = features(&images, stages, observer)?;
     timer.end(Stage::Detect, observer);
     let mut graph = pair_graph(&features, stages, observer)?;
-    drop(features);
     timer.end(Stage::Match, observer);
     report(observer, Stage::Estimate, 0.0)?;
     let group = largest_group(images.len(), options.reference, &graph.links);
@@ -67,12 +67,21 @@ pub(super) fn align_timed(
     let mut codes = codes(images.len(), &group, &graph.links);
     let lens = |photo: &Photo<'_>| Lens { size: photo.image.size(), focal: photo.focal.or(stages.estimate.focal) };
     let lenses: Vec<Lens> = photos.iter().map(lens).collect();
-    let inside: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
+    let mut inside: Vec<PairLink> =
+        graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let root = options.reference.unwrap_or(group[0]);
-    let geometry = multi_view(&lenses, &inside, root);
+    let mut geometry = multi_view(&lenses, &inside, root);
     for link in geometry.contradicting.iter().filter_map(|&i| inside.get(i)) {
         graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
     }
+    if stages.features.guided && geometry.kind == MultiViewKind::Cameras {
+        let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
+        let links: Vec<PairLink> = inside.into_iter().enumerate().filter_map(consistent).collect();
+        let matching = &stages.features.matching;
+        inside = more_matches(&images, &features, &graph.pairs, &links, &geometry, matching, observer)?;
+        refine(&images, &inside, &mut geometry, observer)?;
+    }
+    drop(features);
     let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
     group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
     timer.end(Stage::Estimate, observer);

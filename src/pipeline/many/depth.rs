@@ -12,6 +12,10 @@ use crate::{ImageView, InverseDepth, Mask, Result, View};
 
 /// How many neighbours a photo is compared with.
 const NEIGHBOURS: usize = 2;
+/// Stereo starts from a map through the landmarks, which is far off where there are few, and then once more from the surface through
+/// what it found: but not where more than this is known already.
+const ROUNDS: usize = 2;
+const ENOUGH_KNOWN: f64 = 0.5;
 /// A neighbour that sees things shifted by less than this is no help, and beyond that a farther one is no better: shares of
 /// the diagonal.
 const LEAST_SHIFT: f64 = 0.001;
@@ -66,28 +70,57 @@ pub(super) fn depths(
         }
     }
     let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
-    if let Some(refine) = refine {
-        let count = neighbours.len() as f32;
-        for (i, neighbour) in neighbours.iter().enumerate() {
-            let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
-            compare(photos, neighbour.photos, geometry, &depths, refine, &mut known, &mut portion)?;
+    for round in 0..ROUNDS {
+        // What is known well already needs no better start.
+        let poor = |photo: &usize| round == 0 || known[*photo].as_ref().is_some_and(|map| coverage(map) < ENOUGH_KNOWN);
+        let poor: Vec<usize> = used.iter().copied().filter(poor).collect();
+        let wanted = |neighbour: &&Neighbour| neighbour.photos.iter().any(|photo| poor.contains(photo));
+        let pairs: Vec<&Neighbour> = neighbours.iter().filter(wanted).collect();
+        let steps = (ROUNDS * (pairs.len() + poor.len())) as f32;
+        let mut done = (round * (pairs.len() + poor.len())) as f32;
+        for neighbour in pairs {
+            let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
+            if let Some(refine) = refine {
+                compare(photos, neighbour.photos, geometry, &depths, refine, &mut known, &mut portion)?;
+            }
+            done += 1.0;
         }
-    }
-    for (i, &photo) in used.iter().enumerate() {
-        let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
-        let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) else { continue };
-        let (Some(model), Some(view)) = (geometry.model([photo, other]), geometry.model([photo, reference])) else {
-            continue;
-        };
-        let sizes = [other, reference].map(|photo| photos[photo].size());
-        let there = OtherView { model: &model, size: sizes[0] };
-        let known = known[photo].take().unwrap_or_else(|| own.map.clone());
-        let mut known = KnownDepth::new(known, Some(photos[photo]), there, &[], &mut portion)?;
-        if let Some(surface) = surface(&mut known, &view, sizes[1])? {
-            own.map = surface;
+        for &photo in &poor {
+            let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
+            if let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) {
+                let others = [other, reference];
+                complete(own, known[photo].as_ref(), photo, others, photos, geometry, &mut portion)?;
+            }
+            done += 1.0;
         }
     }
     Ok(depths)
+}
+
+/// Replaces a photo's map by a surface through what is `known`, or through the map itself. `others` are its best neighbour and the
+/// reference.
+fn complete(
+    own: &mut PhotoDepth,
+    known: Option<&InverseDepth>,
+    photo: usize,
+    others: [usize; 2],
+    photos: &[ImageView<'_>],
+    geometry: &MultiView,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let [Some(model), Some(view)] = others.map(|other| geometry.model([photo, other])) else { return Ok(()) };
+    let [size, reference] = others.map(|photo| photos[photo].size());
+    let known = known.unwrap_or(&own.map).map_indexed(|_, d| d)?;
+    let mut known = KnownDepth::new(known, Some(photos[photo]), OtherView { model: &model, size }, &[], observer)?;
+    if let Some(surface) = surface(&mut known, &view, reference)? {
+        own.map = surface;
+    }
+    Ok(())
+}
+
+/// The share of a map's pixels that are known.
+fn coverage(map: &InverseDepth) -> f64 {
+    map.data().iter().filter(|d| !d.is_nan()).count() as f64 / map.data().len() as f64
 }
 
 /// The pairs to compare, the best first: of each photo's best ones.
@@ -116,8 +149,12 @@ fn neighbours(photos: &[ImageView<'_>], used: &[usize], geometry: &MultiView, li
     found
 }
 
-/// A map through the landmarks.
-fn prior(samples: &[DepthSample], photo: ImageView<'_>, observer: &mut dyn Observer) -> Result<Option<PhotoDepth>> {
+/// A map through the landmarks; `None` of too few.
+pub(super) fn prior(
+    samples: &[DepthSample],
+    photo: ImageView<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Option<PhotoDepth>> {
     let step = samples.len().div_ceil(SAMPLES).max(1);
     let mut samples: Vec<DepthSample> = samples.iter().step_by(step).copied().collect();
     if samples.len() < FEWEST {

@@ -8,6 +8,7 @@
 mod align;
 mod depth;
 mod graph;
+mod guided;
 pub(crate) mod memory;
 mod picture;
 mod result;
