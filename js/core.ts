@@ -1,12 +1,28 @@
 import type { Call, Result } from "./calls.js";
 import { instance } from "./instance.js";
 import type { Progress, Stage } from "./types.js";
-import * as glue from "./wasm/depthstitch.js";
+import * as coreGlue from "./wasm/depthstitch.js";
+import * as manyGlue from "./wasm/many.js";
 
 /** The core on this thread. */
-export const core = instance(glue);
+export const core = instance(coreGlue);
+/** The core with what many photos need besides: a quarter more, which is loaded when it is needed. */
+const many = instance(manyGlue);
 
-/** Runs a call on the core, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
+/** Names of the modules that stitch. */
+export type ModuleName = "core" | "many";
+
+/** The module that a call needs. */
+export function moduleOf({ name }: Pick<Call, "name">): ModuleName {
+  return name === "stitchMany" ? "many" : "core";
+}
+
+/** Instantiates the module that a call needs, on this thread. */
+export function start(call: Pick<Call, "name">, module: WebAssembly.Module): Promise<void> {
+  return { core, many }[moduleOf(call)].start(module);
+}
+
+/** Runs a call on its module, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
 export function run(call: Call, onProgress: (progress: Progress) => void): Result {
   let last: Progress = { stage: "input", fraction: -1 };
   let thrown: { error: unknown } | undefined;
@@ -22,6 +38,7 @@ export function run(call: Call, onProgress: (progress: Progress) => void): Resul
     return thrown === undefined;
   };
   try {
+    if (call.name === "stitchMany") return many.call((raw) => raw.stitchMany(...call.args, report));
     return core.call((raw) => invoke(raw, call, report));
   } catch (error) {
     throw thrown ? thrown.error : error;
@@ -31,12 +48,14 @@ export function run(call: Call, onProgress: (progress: Progress) => void): Resul
 /** Receives progress; returning `false` stops the core. */
 type Report = (stage: Stage, fraction: number) => boolean;
 
-function invoke(raw: typeof glue, call: Call, report: Report): Result {
+function invoke(
+  raw: typeof coreGlue,
+  call: Exclude<Call, { name: "stitchMany" }>,
+  report: Report,
+): Result {
   switch (call.name) {
     case "stitch":
       return raw.stitch(...call.args, report);
-    case "stitchMany":
-      return raw.stitchMany(...call.args, report);
     case "detect":
       return raw.detect(...call.args, report);
     case "match":

@@ -2,6 +2,7 @@
 // call terminates the worker, as nothing else can stop wasm; the next call starts a new one.
 import { spawn, type Port } from "./platform/index.js";
 import type { Call, Result } from "./calls.js";
+import { moduleOf, type ModuleName } from "./core.js";
 import { abortError, StitchError } from "./errors.js";
 import type { CallOptions } from "./types.js";
 import { loadError } from "./load.js";
@@ -24,6 +25,8 @@ interface Job {
 const queue: Job[] = [];
 let active: Job | undefined;
 let port: Port | undefined;
+/** The module that the worker has instantiated, whose memory does not shrink: another one gets a new worker. */
+let loaded: ModuleName | undefined;
 let idle: ReturnType<typeof setTimeout> | undefined;
 
 /** Runs the call in the worker. The buffers in `call` are transferred. */
@@ -59,6 +62,8 @@ async function next(): Promise<void> {
   try {
     const module = await job.compile();
     if (active !== job) return;
+    if (loaded !== moduleOf(job.call)) stop();
+    loaded = moduleOf(job.call);
     port ??= start();
     port.busy(true);
     port.post({ module, call: job.call }, [...buffersOf(job.call.args)]);

@@ -7,7 +7,7 @@
  */
 import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
-import { core, run } from "./core.js";
+import { core, moduleOf, run, start } from "./core.js";
 import { abortError, invalid, type StitchError } from "./errors.js";
 import { runInWorker } from "./host.js";
 import { compiler } from "./load.js";
@@ -46,16 +46,21 @@ import type {
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
 export type * from "./types.js";
 
-const compile = compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url));
+const compile = {
+  core: compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url)),
+  many: compiler(new URL("./wasm/many_bg.wasm", import.meta.url)),
+};
 
 /**
  * Loads the core before the first call. This is required only if your bundler does not find the wasm file: then pass its
  * URL (`depthstitch/depthstitch.wasm`) before calling anything else.
  *
+ * @param many the same for `stitchMany`, which loads another file when it is first called: `depthstitch/many.wasm`.
  * @throws {StitchError} `load-failed`.
  */
-export async function init(source?: WasmSource): Promise<void> {
-  await compile(source);
+export async function init(source?: WasmSource, many?: WasmSource): Promise<void> {
+  await compile.core(source);
+  if (many !== undefined) await compile.many(many);
 }
 
 /**
@@ -317,13 +322,13 @@ export async function measure(
 /** The default values of all options in a mode. */
 export async function defaultOptions(mode: Options["mode"] = "default"): Promise<Options> {
   check.read(() => check.text("mode", mode));
-  await core.start(await compile());
+  await core.start(await compile.core());
   return core.call((raw) => raw.defaultOptions(mode));
 }
 
 /** The version of the core. */
 export async function version(): Promise<string> {
-  await core.start(await compile());
+  await core.start(await compile.core());
   return core.call((raw) => raw.version());
 }
 
@@ -353,9 +358,10 @@ async function call<N extends CallName>(
   const { worker, transfer, onProgress, signal } = check.read(() => check.callOptions(options));
   const request = { name, args: check.read(read) } as Call;
   if (signal?.aborted) throw abortError(signal);
-  if (worker) return runInWorker(ownedCopy(request, transfer), compile, { onProgress, signal });
+  const load = compile[moduleOf(request)];
+  if (worker) return runInWorker(ownedCopy(request, transfer), load, { onProgress, signal });
 
-  await core.start(await compile());
+  await start(request, await load());
   const stopIfAborted = () => {
     if (signal?.aborted) throw abortError(signal);
   };

@@ -37,25 +37,24 @@ const wasmFeatures = [
  * @property {string[]} opt wasm-opt's passes; speed was seen to by LLVM
  */
 
+/** Passes for the two modules that stitch. */
+const smallest = [
+  "-Oz",
+  "--converge",
+  // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
+  "--one-caller-inline-max-function-size=12",
+  "--always-inline-max-function-size=0",
+  "--flexible-inline-max-function-size=0",
+  // The lowest kilobyte is the last of the stack: no pointer wraps around to it.
+  "--low-memory-unused",
+  // What is alike lies together, where gzip sees it.
+  "--reorder-functions-by-name",
+];
+
 /** @type {WasmModule[]} */
 const modules = [
-  {
-    name: "depthstitch",
-    folder: wasmDir,
-    feature: "wasm-core",
-    opt: [
-      "-Oz",
-      "--converge",
-      // Inlining hot functions into callers that run once would keep them from ever being optimised by the engine.
-      "--one-caller-inline-max-function-size=12",
-      "--always-inline-max-function-size=0",
-      "--flexible-inline-max-function-size=0",
-      // The lowest kilobyte is the last of the stack: no pointer wraps around to it.
-      "--low-memory-unused",
-      // Similar functions lie together, within gzip's window.
-      "--reorder-functions-by-name",
-    ],
-  },
+  { name: "depthstitch", folder: wasmDir, feature: "wasm-core", opt: smallest },
+  { name: "many", folder: wasmDir, feature: "wasm-many", opt: smallest },
   {
     name: "codecs",
     folder: wasmDir,

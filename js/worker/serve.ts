@@ -1,5 +1,5 @@
 import type { Call, Result } from "../calls.js";
-import { core, run } from "../core.js";
+import { run, start } from "../core.js";
 import type { ErrorRecord } from "../errors.js";
 import { recordOf } from "../instance.js";
 import { buffersOf } from "../transfer.js";
@@ -21,7 +21,7 @@ export async function serve(
   post: (reply: Reply, transfer: ArrayBuffer[]) => void,
 ): Promise<void> {
   try {
-    await core.start(module);
+    await start(call, module);
     const result = run(call, (progress) => post({ progress }, []));
     post({ result }, [...buffersOf(result)]);
   } catch (error) {

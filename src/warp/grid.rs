@@ -133,7 +133,6 @@ impl<'a> RowProjection<'a> {
     }
 
     /// Images of two rays.
-    #[inline(never)]
     fn around(screen: &Screen, rays: [f64x2; 3]) -> ([f64x2; 2], f64x2) {
         let [[x0, x1], [y0, y1], [z0, z1]] = rays.map(f64x2::to_array);
         let ([u0, v0], [u1, v1]) = (screen.project([x0, y0, z0]), screen.project([x1, y1, z1]));

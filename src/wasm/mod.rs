@@ -3,7 +3,7 @@
 //! | file | what it holds | in TypeScript |
 //! |---|---|---|
 //! | `stages.rs` | the exported functions | `js/index.ts`, by way of `js/core.ts` |
-//! | `many.rs` | the one for any number of photos | the same |
+//! | `many.rs` | the one for any number of photos, in a module that pages load when they need it | the same |
 //! | `codecs.rs` | the codecs' module: PNG and JPEG | `js/codecs.ts` |
 //! | `evaluation.rs` | the evaluation's module: what a person sees of a mosaic | `js/eval/appearance.ts` |
 //! | `signatures.rs` | names of the types in their declarations | `types.d.ts` |
@@ -22,7 +22,7 @@ mod evaluation;
 
 #[cfg(any(feature = "wasm-core", feature = "wasm-evaluation"))]
 mod inputs;
-#[cfg(feature = "wasm-core")]
+#[cfg(feature = "wasm-many")]
 mod many;
 #[cfg(feature = "wasm-core")]
 mod matches;

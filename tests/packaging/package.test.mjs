@@ -86,11 +86,11 @@ test("the wasm files can be named", () => {
   const program = `
     import { readFileSync } from "node:fs";
     import { fileURLToPath } from "node:url";
-    for (const name of ["depthstitch", "codecs"]) {
+    for (const name of ["depthstitch", "many", "codecs"]) {
       const url = import.meta.resolve("depthstitch/" + name + ".wasm");
       console.log(WebAssembly.validate(readFileSync(fileURLToPath(url))));
     }`;
-  assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\n");
+  assert.equal(run(process.execPath, ["--input-type=module", "-e", program]), "true\ntrue\ntrue\n");
 });
 
 test("without the peer packages of networks, the error names the package", (t) => {

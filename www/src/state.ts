@@ -3,37 +3,9 @@ import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js"
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { DepthMap, Photo } from "./image-worker/contents.js";
+import type { Loaded, SlotName, Slots } from "./slots.js";
 
-/** The decoded content of each input. */
-export interface Contents {
-  target: Photo;
-  reference: Photo;
-  targetDepth: DepthMap;
-  referenceDepth: DepthMap;
-  /** xt, yt, xr, yr of every match, in pixels of the original photos. */
-  matches: Float32Array;
-}
-
-export type SlotName = keyof Contents;
-export type PhotoSlot = "target" | "reference";
-
-export const photoSlots: readonly PhotoSlot[] = ["target", "reference"];
-export const slotNames: readonly SlotName[] = [
-  ...photoSlots,
-  "targetDepth",
-  "referenceDepth",
-  "matches",
-];
-export const depthSlot = { target: "targetDepth", reference: "referenceDepth" } as const;
-
-export interface Loaded<T> {
-  readonly file: File;
-  readonly content: T;
-  /** All files of the sample are removed when the user loads a photo. */
-  readonly origin: "sample" | "own";
-}
-
-export type Slots = { readonly [K in SlotName]: Loaded<Contents[K]> | null };
+export * from "./slots.js";
 
 /** Meaning of the values of depth maps from files. */
 export interface DepthSettings {

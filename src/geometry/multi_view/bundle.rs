@@ -240,7 +240,6 @@ impl Row {
 }
 
 /// The rotation that is nearest to a matrix with a positive determinant.
-#[inline(never)]
 pub(super) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
     let determinant = m.determinant();
     if determinant.is_nan() || determinant <= 0.0 {

@@ -13,8 +13,7 @@ const DAMPING: f64 = 1e-4;
 /// Least entry of the diagonal that damping is a fraction of: an unknown that nothing depends on does not move.
 const LEAST_DIAGONAL: f64 = 1e-9;
 
-/// A product: inlined wherever there is one, they would be a tenth of the module's growth each.
-#[inline(never)]
+/// A product.
 pub(super) fn times(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     a * b
 }

@@ -60,14 +60,12 @@ impl Lens {
     }
 
     /// From centred coordinates, in diagonals, to pixels.
-    #[inline(never)]
     fn to_pixels(self) -> Matrix3<f64> {
         let ([cx, cy], scale) = (self.centre(), diagonal(self.size));
         Matrix3::new(scale, 0.0, cx, 0.0, scale, cy, 0.0, 0.0, 1.0)
     }
 
     /// From pixels to centred coordinates.
-    #[inline(never)]
     fn to_centred(self) -> Matrix3<f64> {
         let ([cx, cy], scale) = (self.centre(), 1.0 / diagonal(self.size));
         Matrix3::new(scale, 0.0, -scale * cx, 0.0, scale, -scale * cy, 0.0, 0.0, 1.0)

@@ -116,7 +116,6 @@ impl Scene {
     }
 
     /// Makes landmarks anew of all tracks that two placed photos or more see within `tolerance` pixels of one point.
-    #[inline(never)]
     pub fn triangulate(&mut self, tracks: &[Track], tolerance: f64) {
         let landmarks = tracks.iter().filter_map(|track| self.landmark(track, tolerance)).collect();
         self.landmarks = landmarks;

@@ -15,7 +15,7 @@ mod result;
 mod view;
 
 pub use align::{ManyAlignment, align_many};
-#[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
+#[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
 pub(crate) use align::{check_count, check_sizes};
 pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoReport, StitchedMany};

@@ -42,7 +42,6 @@ impl Picture {
     }
 
     /// The surface that is wanted, or that suits what the photos cover. Without cameras it is the plane.
-    #[inline(never)]
     pub fn choose(
         wanted: Option<Projection>,
         reference: usize,
@@ -63,7 +62,6 @@ impl Picture {
     }
 
     /// A cylinder or a sphere.
-    #[inline(never)]
     fn around(
         wanted: Option<Projection>,
         reference: usize,
@@ -117,7 +115,6 @@ impl Picture {
 
     /// The maps from a photo to the rays of the screen, or the pixels of the plane, and back, for a picture whose first pixel is at
     /// `at`.
-    #[inline(never)]
     pub fn models(&self, geometry: &MultiView, photo: usize, at: [i64; 2]) -> Option<[Model; 2]> {
         let [forward, reverse] = if photo == self.reference {
             [Model::homography(Matrix3::identity()); 2]
@@ -147,7 +144,6 @@ impl Picture {
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` without a place, and where part of it is behind the plane.
-    #[inline(never)]
     pub fn bounds(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> Option<[i64; 4]> {
         let ([model, _], depth) =
             (self.models(geometry, photo, [0; 2])?, typical_depth(geometry, [photo, self.reference]));
@@ -162,7 +158,6 @@ impl Picture {
 
     /// By how much a photo's area grows, at its points; infinite where it is behind the plane or turned over. `None` without a
     /// place.
-    #[inline(never)]
     fn areas(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> Option<Vec<f64>> {
         let ([model, _], depth) =
             (self.models(geometry, photo, [0; 2])?, typical_depth(geometry, [photo, self.reference]));
@@ -176,7 +171,6 @@ impl Picture {
 
     /// By how much a photo's area grows, at the median, next to how much longer the reference's lens is; `None` where most of it is
     /// behind the plane or turned over.
-    #[inline(never)]
     pub fn stretch(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> Option<f64> {
         let median = median(self.areas(photo, sizes, geometry)?)?;
         Some(median / zoom(geometry, [photo, self.reference])).filter(|area| area.is_finite())
@@ -198,14 +192,12 @@ fn zoom(geometry: &MultiView, [photo, reference]: [usize; 2]) -> f64 {
 }
 
 /// The median inverse depth of a photo's landmarks; 0 without parallax.
-#[inline(never)]
 pub(super) fn typical_depth(geometry: &MultiView, [photo, other]: [usize; 2]) -> f64 {
     median(geometry.samples(photo, other).iter().map(|s| s.depth).collect()).unwrap_or(0.0)
 }
 
 /// Which way is down, in the reference's axes: at right angles to all cameras' horizontal axes, as far as these differ (Brown & Lowe,
 /// *Automatic Panoramic Image Stitching using Invariant Features*, 2007, section 5), and otherwise as the cameras were held.
-#[inline(never)]
 fn downwards(reference: usize, photos: &[usize], geometry: &MultiView) -> Option<Vector3<f64>> {
     let own = geometry.camera(reference)?.rotation;
     let (mut across, mut held) = (Vec::new(), Vector3::zeros());
@@ -230,14 +222,12 @@ fn downwards(reference: usize, photos: &[usize], geometry: &MultiView) -> Option
 }
 
 /// Scaled to length 1; `None` of nothing.
-#[inline(never)]
 fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     let length = v.norm();
     (length > 1e-6).then(|| v / length)
 }
 
 /// A product: inlined wherever there is one, they would be a large part of the module's growth.
-#[inline(never)]
 fn times(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     a * b
 }

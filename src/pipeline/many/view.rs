@@ -13,7 +13,6 @@ const WIDEST: f64 = 0.5;
 
 /// The photo from which the others are the least far away: the largest distance of their middles from its own is the smallest.
 /// For a `plane` it is one in whose view most of the others can be shown.
-#[inline(never)]
 pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView, plane: bool) -> usize {
     let mut best: Option<(usize, f64, usize)> = None;
     for &photo in candidates {
@@ -34,7 +33,6 @@ pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView,
 
 /// How far from the middle of a photo the middle of another appears: the angle, or without cameras in diagonals, infinitely far
 /// behind.
-#[inline(never)]
 fn distance(sizes: &[Size], [from, to]: [usize; 2], geometry: &MultiView) -> f64 {
     let Some(model) = geometry.model([from, to]) else { return f64::INFINITY };
     let middle = |(w, h): Size| [0.5 * (w as f64 - 1.0), 0.5 * (h as f64 - 1.0)];
@@ -49,7 +47,6 @@ fn distance(sizes: &[Size], [from, to]: [usize; 2], geometry: &MultiView) -> f64
 }
 
 /// Whether a photo can be shown in the picture: it is neither stretched beyond recognition nor, on a plane, far to the side.
-#[inline(never)]
 pub(super) fn can_be_shown(picture: &Picture, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
     if picture.screen.is_none()
         && let (Some(own), Some(other)) = (geometry.camera(photo), geometry.camera(picture.reference))
@@ -64,7 +61,6 @@ pub(super) fn can_be_shown(picture: &Picture, photo: usize, sizes: &[Size], geom
 }
 
 /// The photos from the reference outward: each time the one with most matches with those before; first the reference.
-#[inline(never)]
 pub(super) fn outward(reference: usize, photos: &[usize], links: &[PairLink]) -> Vec<usize> {
     let mut order = vec![reference];
     while order.len() < photos.len() {

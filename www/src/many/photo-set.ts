@@ -1,5 +1,5 @@
 import type { Photo } from "../image-worker/contents.js";
-import type { Loaded, Slots } from "../state.js";
+import type { Loaded, Slots } from "../slots.js";
 
 /** The limit that holds for two photos by default. */
 export const defaultLimit = 2048;
