@@ -165,9 +165,7 @@ impl Raw {
             let pixels = u64::from(size.0).saturating_mul(size.1.into());
             limits.max_alloc = Some((bytes.len() as u64).saturating_add(pixels.saturating_mul(8)).max(MOST_METADATA));
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
-                ImageError::Limits(_) => {
-                    failed("what the PNG file says about its picture takes too much memory".into())
-                }
+                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) }.into(),
                 other => broken(other),
             })?;
             Box::new(decoder)

@@ -4,7 +4,7 @@
 
 use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
-use super::least_squares::{Equations, cauchy, times};
+use super::least_squares::{Equations, cauchy};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::calibrated::small_rotation;
@@ -61,7 +61,7 @@ impl LeastSquares for Reprojection {
         for (camera, offset) in moved.cameras.iter_mut().zip(&self.unknowns.offsets) {
             if let (Some(camera), Some(at)) = (camera, *offset) {
                 let three = |at: usize| step.common.fixed_rows::<3>(at).into_owned();
-                camera.rotation = times(&small_rotation(three(at)), &camera.rotation);
+                camera.rotation = small_rotation(three(at)) * camera.rotation;
                 if self.unknowns.per_photo == 6 {
                     camera.translation += three(at + 3);
                 }

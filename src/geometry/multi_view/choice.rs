@@ -5,7 +5,6 @@ use nalgebra::Matrix3;
 use super::bundle::Freedom;
 use super::growth::{finish, grow};
 use super::homographies::Chain;
-use super::least_squares::times;
 use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};
@@ -225,7 +224,7 @@ impl MultiView {
             Solved::Scene(scene) => scene.model(&self.lenses, photos),
             Solved::Chain(chain, _) => {
                 let [from, to] = photos.map(|photo| &self.lenses[photo]);
-                Some(Model::homography(times(&to.to_pixels(), &times(&chain.between(photos)?, &from.to_centred()))))
+                Some(Model::homography(to.to_pixels() * (chain.between(photos)? * from.to_centred())))
             }
         }
     }

@@ -5,7 +5,6 @@ use nalgebra::Matrix3;
 
 use super::Lens;
 use super::bundle::{Freedom, adjust};
-use super::least_squares::times;
 use super::placing::{Sighting, TOLERANCE, place};
 use super::relative_pose::RelativePose;
 use super::scene::{Camera, Landmark, Scene};
@@ -95,7 +94,7 @@ fn start<'a>(
     for pose in poses {
         let [a, b] = pose.photos;
         let (Some(from), Some(to), Some(_)) = (rotations[a], rotations[b], pose.direction) else { continue };
-        let turn = times(&to, &from.transpose());
+        let turn = to * from.transpose();
         let mut moved = Vec::new();
         for track in tracks {
             let end = |photo: usize| track.iter().find(|o| o.photo == photo);
@@ -172,11 +171,11 @@ fn by_direction(
     let neighbour = scene.cameras[other]?;
     let Some(direction) = pose.direction else {
         // It only turned: it stands where the other stands.
-        let turn = times(&rotation, &neighbour.rotation.transpose());
+        let turn = rotation * neighbour.rotation.transpose();
         return Some(Camera { rotation, translation: turn * neighbour.translation });
     };
     // Of length 1, from the neighbour to this photo.
-    let turn = times(&rotation, &neighbour.rotation.transpose());
+    let turn = rotation * neighbour.rotation.transpose();
     let motion = if pose.photos[0] == photo { -(turn * direction) } else { direction };
     let at = |length: f64| Camera { rotation, translation: turn * neighbour.translation + motion * length };
     let mut trial = scene.clone();

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
-use super::least_squares::{Equations, huber, times};
+use super::least_squares::{Equations, huber};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
 use crate::geometry::levenberg_marquardt::{LeastSquares, minimise};
@@ -59,10 +59,8 @@ impl Chain {
             for edge in edges {
                 let [a, b] = edge.photos;
                 let found = match (self.to_root[a], self.to_root[b]) {
-                    (None, Some(to)) => Some((edge.weight, a, times(&to, &edge.homography))),
-                    (Some(from), None) => {
-                        edge.homography.try_inverse().map(|back| (edge.weight, b, times(&from, &back)))
-                    }
+                    (None, Some(to)) => Some((edge.weight, a, (to * edge.homography))),
+                    (Some(from), None) => edge.homography.try_inverse().map(|back| (edge.weight, b, (from * back))),
                     _ => None,
                 };
                 if let Some(found) = found
@@ -78,7 +76,7 @@ impl Chain {
 
     /// From one photo to another; `None` unless both are connected.
     pub fn between(&self, [from, to]: [usize; 2]) -> Option<Matrix3<f64>> {
-        Some(times(&self.to_root[to]?.try_inverse()?, &self.to_root[from]?))
+        Some(self.to_root[to]?.try_inverse()? * self.to_root[from]?)
     }
 
     /// Levenberg–Marquardt on the transfer errors of all pairs in both directions.
@@ -155,7 +153,7 @@ impl LeastSquares for TransferErrors<'_> {
         for (h, offset) in moved.to_root.iter_mut().zip(&self.offsets) {
             if let (Some(h), Some(at)) = (h, *offset) {
                 let delta = Matrix3::from_fn(|r, c| if r + c < 4 { step[at + 3 * r + c] } else { 0.0 });
-                *h = times(h, &(Matrix3::identity() + delta));
+                *h *= Matrix3::identity() + delta;
                 *h /= h[(2, 2)];
             }
         }

@@ -1,6 +1,6 @@
 //! Least squares with a number of unknowns that is known at run time only, and products of 3×3 matrices.
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector};
 
 use crate::geometry::levenberg_marquardt::Linearised;
 
@@ -12,11 +12,6 @@ const BEHIND: f64 = 50.0;
 const DAMPING: f64 = 1e-4;
 /// Least entry of the diagonal that damping is a fraction of: an unknown that nothing depends on does not move.
 const LEAST_DIAGONAL: f64 = 1e-9;
-
-/// A product.
-pub(super) fn times(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    a * b
-}
 
 /// Huber's cost of an error in pixels, `None` behind the camera, and the weight of its square; `noise` is its standard deviation.
 pub(super) fn huber(error: Option<[f64; 2]>, noise: f64) -> (f64, f64) {

@@ -26,8 +26,6 @@ pub use scene::Camera;
 
 use nalgebra::{Matrix3, Vector3};
 
-use least_squares::times;
-
 use super::{Match, Model, ModelKind};
 use crate::rect::diagonal;
 
@@ -74,7 +72,7 @@ impl Lens {
     /// The calibration matrix K of a focal length in diagonals, and its inverse.
     fn calibration(&self, focal: f64) -> [Matrix3<f64>; 2] {
         let scaled = |f: f64| Matrix3::from_diagonal(&Vector3::new(f, f, 1.0));
-        [times(&self.to_pixels(), &scaled(focal)), times(&scaled(1.0 / focal), &self.to_centred())]
+        [(self.to_pixels() * scaled(focal)), (scaled(1.0 / focal) * self.to_centred())]
     }
 }
 
@@ -98,7 +96,7 @@ impl PairLink {
     fn centred(&self, lenses: &[Lens]) -> Model {
         let [a, b] = self.photos.map(|photo| &lenses[photo]);
         let to = b.to_centred();
-        Model { h: times(&to, &times(&self.model.h, &a.to_pixels())), e: to * self.model.e }
+        Model { h: (to * (self.model.h * a.to_pixels())), e: to * self.model.e }
     }
 
     /// The matches in centred coordinates.

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::bundle::nearest_rotation;
-use super::least_squares::times;
 use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
@@ -73,13 +72,13 @@ pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option
 /// The four motions of an essential matrix (B. Horn, *Recovering Baseline and Orientation from Essential Matrix*, 1990).
 fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
     // t is what E has no share of; with E = [t]× R the cofactors of E are (t·t) R + [t]× E, [t]× squared being ttᵀ − t·t.
-    let [.., (_, direction)] = eigenpairs(&times(essential, &essential.transpose()))?;
+    let [.., (_, direction)] = eigenpairs(&(*essential * essential.transpose()))?;
     let scale = essential.norm() / std::f64::consts::SQRT_2;
     let essential = essential / scale;
     let cofactors = cofactors(&essential);
     let mut found = Vec::new();
     for t in [direction, -direction] {
-        let rotation = nearest_rotation(cofactors - times(&t.cross_matrix(), &essential))?;
+        let rotation = nearest_rotation(cofactors - (t.cross_matrix() * essential))?;
         found.push((rotation, direction));
         found.push((rotation, -direction));
     }
@@ -89,9 +88,9 @@ fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
 /// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
 /// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
 fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
-    let [_, (middle, _), _] = eigenpairs(&times(&h.transpose(), h))?;
+    let [_, (middle, _), _] = eigenpairs(&(h.transpose() * *h))?;
     let h = h / middle.max(0.0).sqrt();
-    let [first, second, third] = eigenpairs(&times(&h.transpose(), &h))?;
+    let [first, second, third] = eigenpairs(&(h.transpose() * h))?;
     let difference = (first.0 - third.0).max(1e-12).sqrt();
     let (a, b) = ((1.0 - third.0).max(0.0).sqrt() / difference, (first.0 - 1.0).max(0.0).sqrt() / difference);
     let mut found = Vec::new();
@@ -99,7 +98,7 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
         let from = Matrix3::from_columns(&[second.1, u, second.1.cross(&u)]);
         let (second, turned) = (h * second.1, h * u);
         let to = Matrix3::from_columns(&[second, turned, second.cross(&turned)]);
-        let rotation = nearest_rotation(times(&to, &from.transpose()))?;
+        let rotation = nearest_rotation(to * from.transpose())?;
         let normal = from.column(2).into_owned();
         let translation = (h - rotation) * normal;
         let sign = if normal[2] < 0.0 { -1.0 } else { 1.0 };

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::least_squares::{Equations, times};
+use super::least_squares::Equations;
 use super::relative_pose::RelativePose;
 use crate::geometry::calibrated::small_rotation;
 
@@ -27,7 +27,7 @@ pub(super) fn average(poses: &[RelativePose], photos: usize, root: usize) -> Vec
 /// The angle in radians by which a pair's rotation contradicts those of its photos.
 pub(super) fn contradiction(pose: &RelativePose, rotations: &[Option<Matrix3<f64>>]) -> Option<f64> {
     let [from, to] = pose.photos.map(|photo| rotations[photo]);
-    Some(logarithm(&times(&times(&to?, &from?.transpose()), &pose.rotation.transpose())).norm())
+    Some(logarithm(&((to? * from?.transpose()) * pose.rotation.transpose())).norm())
 }
 
 /// Prim's algorithm.
@@ -39,8 +39,8 @@ fn along_tree(poses: &[RelativePose], photos: usize, root: usize) -> Vec<Option<
         for pose in poses {
             let [a, b] = pose.photos;
             let found = match (rotations[a], rotations[b]) {
-                (Some(from), None) => (pose.weight, b, times(&pose.rotation, &from)),
-                (None, Some(to)) => (pose.weight, a, times(&pose.rotation.transpose(), &to)),
+                (Some(from), None) => (pose.weight, b, (pose.rotation * from)),
+                (None, Some(to)) => (pose.weight, a, (pose.rotation.transpose() * to)),
                 _ => continue,
             };
             if best.is_none_or(|(weight, ..)| found.0 > weight) {
@@ -71,7 +71,7 @@ fn improve(rotations: &mut [Option<Matrix3<f64>>], poses: &[RelativePose], root:
         let [a, b] = pose.photos;
         let (Some(from), Some(to)) = (rotations[a], rotations[b]) else { continue };
         // In the world's axes: what the turn of b less that of a should be.
-        let error = to.tr_mul(&logarithm(&times(&times(&pose.rotation, &from), &to.transpose())));
+        let error = to.tr_mul(&logarithm(&((pose.rotation * from) * to.transpose())));
         let angle = error.norm();
         let weight = pose.weight.sqrt() / (1.0 + (angle / NOISE) * (angle / NOISE));
         for (axis, error) in axes.iter_mut().zip(error.iter()) {
@@ -92,7 +92,7 @@ fn improve(rotations: &mut [Option<Matrix3<f64>>], poses: &[RelativePose], root:
         if let (Some(rotation), Some(i)) = (rotation, *number) {
             let turn = Vector3::new(turns[0][i], turns[1][i], turns[2][i]);
             largest = largest.max(turn.norm());
-            *rotation = times(rotation, &small_rotation(turn));
+            *rotation *= small_rotation(turn);
         }
     }
     Some(largest)

@@ -3,7 +3,6 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
-use super::least_squares::times;
 use super::tracks::{Observation, Track};
 use crate::geometry::Model;
 use crate::rect::diagonal;
@@ -29,7 +28,7 @@ impl Camera {
 
     /// R and t of the motion from this camera's coordinates to those of another.
     pub(super) fn motion_to(&self, other: &Self) -> (Matrix3<f64>, Vector3<f64>) {
-        let rotation = times(&other.rotation, &self.rotation.transpose());
+        let rotation = other.rotation * self.rotation.transpose();
         (rotation, other.translation - rotation * self.translation)
     }
 }
@@ -172,6 +171,6 @@ impl Scene {
         let (rotation, translation) = self.cameras[from].as_ref()?.motion_to(self.cameras[to].as_ref()?);
         let [_, back] = lenses[from].calibration(self.focal(from));
         let [k, _] = lenses[to].calibration(self.focal(to));
-        Some(Model { h: times(&k, &times(&rotation, &back)), e: k * translation })
+        Some(Model { h: (k * (rotation * back)), e: k * translation })
     }
 }

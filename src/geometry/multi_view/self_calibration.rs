@@ -6,7 +6,6 @@
 
 use nalgebra::Matrix3;
 
-use super::least_squares::times;
 use super::{Lens, PairLink};
 use crate::geometry::eigen::eigenpairs;
 use crate::geometry::{Model, ModelKind};
@@ -81,13 +80,13 @@ pub(super) fn calibrated(h: &Matrix3<f64>, [from, to]: [f64; 2]) -> Matrix3<f64>
 
 /// The essential matrix K'ᵀ [e]× H K of a model of centred coordinates.
 pub(super) fn essential(model: &Model, [from, to]: [f64; 2]) -> Matrix3<f64> {
-    calibrated(&times(&model.e.cross_matrix(), &model.h), [from, 1.0 / to])
+    calibrated(&(model.e.cross_matrix() * model.h), [from, 1.0 / to])
 }
 
 /// The relative difference of the two largest singular values, or of the largest and the smallest.
 fn singular_value_gap(m: &Matrix3<f64>, two: bool) -> f64 {
     // The eigenvalues of MᵀM are the squares.
-    let Some(pairs) = eigenpairs(&times(&m.transpose(), m)) else { return 1.0 };
+    let Some(pairs) = eigenpairs(&(m.transpose() * *m)) else { return 1.0 };
     let [most, middle, least] = pairs.map(|(value, _)| value.max(0.0).sqrt());
     let other = if two { middle } else { least };
     if most > 0.0 { (most - other) / (most + other) } else { 1.0 }
