@@ -126,12 +126,11 @@ pub(crate) fn smooth_outside(
     let (w, h) = map.size();
     check_size("reliable", reliable.size(), (w, h))?;
     let point = |i: usize| [(i % w) as f64, (i / w) as f64];
-    let mut known = Vec::new();
-    reserve(&mut known, w * h)?;
-    known.extend(map.data().iter().zip(reliable.data()).enumerate().map(|(i, (&depth, &reliable))| {
-        if reliable != 0 || !other.contains(point(i), f64::from(depth)) { depth } else { f32::NAN }
-    }));
-    let mut known = KnownDepth::new(InverseDepth::from_values(known, w, h), Some(photo), other, matches, observer)?;
+    let known = map.map_indexed(|i, depth| {
+        let given = !other.contains(point(i), f64::from(depth));
+        if given || reliable.data()[i] != 0 { depth } else { f32::NAN }
+    })?;
+    let mut known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
     let shape = SurfaceShape { stiffness: MAP_STIFFNESS, ..SurfaceShape::default() };
     let Some(surface) = known.surface(shape)? else { return Ok(None) };
     drop(known);
@@ -171,15 +170,11 @@ impl<'a> KnownDepth<'a> {
             check_size("photo", photo.size(), size)?;
         }
         report(observer, Stage::Depth, 0.0)?;
-        let mut known = Vec::new();
-        reserve(&mut known, depth.data().len())?;
-        for (y, row) in depth.data().chunks_exact(w).enumerate() {
-            known.extend(row.iter().enumerate().map(|(x, &d)| {
-                let reliable = reliable.is_none_or(|mask| mask.data()[y * w + x] != 0);
-                if reliable && other.contains([x as f64, y as f64], f64::from(d)) { d } else { f32::NAN }
-            }));
-        }
-        Self::new(InverseDepth::from_values(known, size.0, size.1), photo, other, matches, observer)
+        let known = depth.map_indexed(|i, d| {
+            let reliable = reliable.is_none_or(|mask| mask.data()[i] != 0);
+            if reliable && other.contains([(i % w) as f64, (i / w) as f64], f64::from(d)) { d } else { f32::NAN }
+        })?;
+        Self::new(known, photo, other, matches, observer)
     }
 
     /// Of a map that is NaN where it is not known, and of `matches`.

@@ -94,21 +94,13 @@ impl Scene<'_> {
             before = [u, v];
         }
         let template = Template::new(window(&self.photos[0], &sources)?)?;
-        let mut shift = [0.0; 2];
-        for _ in 0..STEPS {
-            let (step, residual) = template.step(&window(&self.photos[1], &places)?);
-            places.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + step[0], *y + step[1]));
-            shift = [shift[0] + step[0], shift[1] + step[1]];
-            let square = |[x, y]: [f32; 2]| x * x + y * y;
-            // False for NaN as well.
-            let near = square(shift) <= REACH * REACH;
-            if !near || square(step) < CONVERGED * CONVERGED {
-                let target = self.source(x, y)?;
-                return (near && residual < RESIDUAL * template.contrast)
-                    .then_some(Match { target, reference: places[AREA / 2].map(f64::from) });
-            }
-        }
-        None
+        let step = template.descend(|[dx, dy]| {
+            places.iter_mut().for_each(|[x, y]| (*x, *y) = (*x + dx, *y + dy));
+            window(&self.photos[1], &places)
+        })?;
+        let [x0, y0] = places[AREA / 2];
+        let reference = [x0 + step[0], y0 + step[1]].map(f64::from);
+        Some(Match { target: self.source(x, y)?, reference })
     }
 }
 
@@ -133,19 +125,14 @@ pub(crate) fn align_patch(
         std::array::from_fn(place)
     };
     let template = Template::new(window(first, &places([x, y], [1.0, 0.0], [0.0, 1.0]))?)?;
-    let mut shift = [0.0f64; 2];
-    for _ in 0..STEPS {
+    let (mut shift, mut at) = ([0.0f64; 2], middle);
+    template.descend(|step| {
         // The shift is in the first photo's axes.
-        let at = [0, 1].map(|c| middle[c] + across[c] * shift[0] + down[c] * shift[1]);
-        let (step, residual) = template.step(&window(second, &places(at, across, down))?);
-        let step = step.map(f64::from);
-        shift = [shift[0] + step[0], shift[1] + step[1]];
-        let near = shift[0] * shift[0] + shift[1] * shift[1] <= f64::from(REACH * REACH);
-        if !near || step[0] * step[0] + step[1] * step[1] < f64::from(CONVERGED * CONVERGED) {
-            return (near && residual < RESIDUAL * template.contrast).then_some(at);
-        }
-    }
-    None
+        shift = [shift[0] + f64::from(step[0]), shift[1] + f64::from(step[1])];
+        at = [0, 1].map(|c| middle[c] + across[c] * shift[0] + down[c] * shift[1]);
+        window(second, &places(at, across, down))
+    })?;
+    Some(at)
 }
 
 /// Bilinear value; `None` outside the image.
@@ -201,6 +188,24 @@ impl Template {
         }
         let least = 0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt());
         (least >= LEAST_EIGENVALUE * AREA as f32).then_some(Self { values, contrast, slopes, moments: [xx, xy, yy] })
+    }
+
+    /// Takes Gauss–Newton steps until they converge; `seen` moves the window by a step and reads it. Returns the last one, by which the
+    /// window is not moved any more; `None` unless it is near where it started, and looks like the template.
+    fn descend(&self, mut seen: impl FnMut([f32; 2]) -> Option<(Window, f32)>) -> Option<[f32; 2]> {
+        let square = |[x, y]: [f32; 2]| x * x + y * y;
+        let (mut step, mut shift) = ([0.0; 2], [0.0; 2]);
+        for _ in 0..STEPS {
+            let (next, residual) = self.step(&seen(step)?);
+            step = next;
+            shift = [shift[0] + step[0], shift[1] + step[1]];
+            // False for NaN as well.
+            let near = square(shift) <= REACH * REACH;
+            if !near || square(step) < CONVERGED * CONVERGED {
+                return (near && residual < RESIDUAL * self.contrast).then_some(step);
+            }
+        }
+        None
     }
 
     /// One Gauss–Newton step: how far to move the window that was seen, and the sum of squared differences.

@@ -7,7 +7,7 @@ const ITERATIONS: usize = 100;
 
 /// The eigenvalues of a positive semidefinite matrix of at most four rows, in descending order, with their eigenvectors. `None`
 /// if the solver does not converge.
-pub(super) fn eigenpairs<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<[(f64, SVector<f64, N>); N]> {
+pub(crate) fn eigenpairs<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<[(f64, SVector<f64, N>); N]> {
     // One solver serves all sizes. The rows that are missing get an eigenvalue that is larger than all others.
     let mut padded = Matrix4::from_diagonal_element(2.0 * matrix.trace() + f64::MIN_POSITIVE);
     padded.fixed_view_mut::<N, N>(0, 0).copy_from(matrix);

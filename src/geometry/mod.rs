@@ -24,6 +24,7 @@ mod usable;
 
 pub use anisotropy::anisotropy;
 pub(crate) use anisotropy::{MOST_ANISOTROPY, singular_value_ratio};
+pub(crate) use eigen::eigenpairs;
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;
 pub use homography::homography;

@@ -2,6 +2,7 @@
 
 use super::canvas::Canvas;
 use super::grid::Map;
+use super::project;
 use crate::image::zeroed;
 use crate::{Image, ImageView, InverseDepth, Mask, Result};
 
@@ -27,10 +28,7 @@ pub(super) fn splat(
     for y in 0..h {
         for x in 0..w {
             let d = depth.map_or(0.0, |d| f64::from(d.data()[y * w + x]));
-            let place = match &map.screen {
-                Some(screen) => Some(screen.project(map.model.transform(x as f64, y as f64, d))),
-                None => map.model.project(x as f64, y as f64, d),
-            };
+            let place = project(map.screen.as_ref(), map.model, [x as f64, y as f64], d);
             let Some([u, v]) = place else { continue };
             let u = (u + 0.5).floor() + canvas.offset.0 as f64;
             let v = (v + 0.5).floor() + canvas.offset.1 as f64;

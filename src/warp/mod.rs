@@ -30,7 +30,7 @@ use crate::observer::{Observer, report};
 use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
 
 pub use screen::Projection;
-pub(crate) use screen::Screen;
+pub(crate) use screen::{Screen, project};
 
 /// How the target is rendered into the reference's view (paper, table 2, rows 3, 4, 5 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::canvas::Limits;
+use crate::geometry::Model;
 
 /// How directions become places in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,13 +47,13 @@ impl Screen {
 
     /// Sine and cosine of a column's direction.
     fn column(&self, x: f64) -> [f64; 2] {
-        sine_and_cosine((x - self.centre[0]) / self.focal)
+        libm::sincos((x - self.centre[0]) / self.focal).into()
     }
 
     /// How far down a row's rays go, and how far from the axis.
     fn row(&self, y: f64) -> [f64; 2] {
         let down = (y - self.centre[1]) / self.focal;
-        if self.sphere { sine_and_cosine(down) } else { [down, 1.0] }
+        if self.sphere { libm::sincos(down).into() } else { [down, 1.0] }
     }
 
     /// The rays of all pixels of a picture of a size whose first one is at `first`.
@@ -72,21 +73,12 @@ impl Screen {
     }
 }
 
-/// Of angles of up to two turns: a general one would be several kilobytes of wasm, as it is for any angle.
-fn sine_and_cosine(angle: f64) -> [f64; 2] {
-    let x = angle / 16.0;
-    // Taylor's series, and twice the angle four times.
-    let (mut sine, mut cosine, mut term) = (0.0, 1.0, 1.0);
-    for i in 1..=10 {
-        term *= x / f64::from(2 * i - 1);
-        sine += term;
-        term *= -x / f64::from(2 * i);
-        cosine += term;
+/// Where a point with this depth appears on a `screen`, or on the plane; `None` behind the plane's camera.
+pub(crate) fn project(screen: Option<&Screen>, model: &Model, [x, y]: [f64; 2], depth: f64) -> Option<[f64; 2]> {
+    match screen {
+        Some(screen) => Some(screen.project(model.transform(x, y, depth))),
+        None => model.project(x, y, depth),
     }
-    for _ in 0..4 {
-        (sine, cosine) = (2.0 * sine * cosine, cosine * cosine - sine * sine);
-    }
-    [sine, cosine]
 }
 
 /// The rays of a picture's pixels: each is (sin · across, down, cos · across).
@@ -107,15 +99,6 @@ impl Rays {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn sines_and_cosines_are_those_of_any_angle() {
-        for i in -60..60 {
-            let angle = 0.1 * f64::from(i);
-            let [sine, cosine] = sine_and_cosine(angle);
-            assert!((sine - angle.sin()).abs() < 1e-13 && (cosine - angle.cos()).abs() < 1e-13, "{angle}");
-        }
-    }
 
     #[test]
     fn rays_appear_where_they_come_from() {

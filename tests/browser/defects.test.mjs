@@ -1,8 +1,5 @@
 // What a user stumbled over once: nothing is lost, nothing is said where it cannot be seen or when it is no longer true.
 import assert from "node:assert/strict";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { after, test } from "node:test";
 import { encodePng } from "depthstitch/codecs";
 import {
@@ -13,6 +10,7 @@ import {
   idle,
   openPanel,
   savedPicture,
+  scratchFolder,
   smallCase,
   smallFile,
   smallPhotos,
@@ -24,15 +22,7 @@ import {
 const site = await startSite();
 after(() => site.close());
 
-const scratch = mkdtempSync(join(tmpdir(), "depthstitch-defects-"));
-after(() => rmSync(scratch, { recursive: true }));
-
-/** A new file. @param {string} name @param {string | Uint8Array} content */
-function written(name, content) {
-  const path = join(scratch, name);
-  writeFileSync(path, content);
-  return path;
-}
+const { written } = scratchFolder();
 
 /** Whether an element is within the window. @param {Page} page @param {string} selector */
 const inView = (page, selector) =>

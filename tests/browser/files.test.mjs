@@ -1,8 +1,7 @@
 // Files of the user's own: by button, drop and paste, the right ones and the wrong ones.
 import assert from "node:assert/strict";
-import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { after, test } from "node:test";
 import { decodeDepth, encodeGrayPng } from "depthstitch/codecs";
@@ -13,6 +12,7 @@ import {
   idle,
   openPanel,
   savedPicture,
+  scratchFolder,
   smallCase,
   smallFile,
   smallPhotos,
@@ -25,20 +25,12 @@ import {
 const site = await startSite();
 after(() => site.close());
 
-const scratch = mkdtempSync(join(tmpdir(), "depthstitch-files-"));
-after(() => rmSync(scratch, { recursive: true }));
+const { scratch, written } = scratchFolder();
 
 /** A copy of a file of the small case under another name. @param {string} name @param {string} as */
 function copied(name, as) {
   const path = join(scratch, as);
   copyFileSync(smallFile(name), path);
-  return path;
-}
-
-/** A new file. @param {string} name @param {string | Uint8Array} content */
-function written(name, content) {
-  const path = join(scratch, name);
-  writeFileSync(path, content);
   return path;
 }
 

@@ -1,8 +1,7 @@
 // Three photos and more: a strip of thumbnails, one mosaic, and what became of each photo.
 import assert from "node:assert/strict";
-import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, writeFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { after, test } from "node:test";
 import { crop, stitchMany } from "depthstitch";
@@ -18,6 +17,7 @@ import {
   openPanel,
   saved,
   savedPicture,
+  scratchFolder,
   smallCase,
   smallFile,
   smallPhotos,
@@ -29,15 +29,7 @@ import {
 const site = await startSite();
 after(() => site.close());
 
-const scratch = mkdtempSync(join(tmpdir(), "depthstitch-many-"));
-after(() => rmSync(scratch, { recursive: true }));
-
-/** A new file. @param {string} name @param {string | Uint8Array} content */
-function written(name, content) {
-  const path = join(scratch, name);
-  writeFileSync(path, content);
-  return path;
-}
+const { scratch, written } = scratchFolder();
 
 // Overlapping parts of one picture, so that little is to be computed, as PNG, which every decoder reads alike.
 const whole = await decodeImage(await readFile(exampleFile("reference.jpg")));

@@ -1,9 +1,10 @@
 // What the browser tests share: the page, built from the present dist/ and served on localhost, in a fresh Chromium.
 import assert from "node:assert/strict";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { after } from "node:test";
 import { fileURLToPath } from "node:url";
 import { decodeImage } from "depthstitch/codecs";
 import { build, preview } from "vite";
@@ -24,6 +25,19 @@ export const smallFile = (name) => join(root, "target", "sample-small", name);
 
 /** The two photos alone. */
 export const smallPhotos = ["target.jpg", "reference.jpg"].map(smallFile);
+
+/** A folder that is gone after the tests, and what makes a file in it. */
+export function scratchFolder() {
+  const scratch = mkdtempSync(join(tmpdir(), "depthstitch-test-"));
+  after(() => rmSync(scratch, { recursive: true }));
+  /** A new file. @param {string} name @param {string | Uint8Array} content */
+  const written = (name, content) => {
+    const path = join(scratch, name);
+    writeFileSync(path, content);
+    return path;
+  };
+  return { scratch, written };
+}
 
 /** All files of the small case: photos, depth maps, matches, and what the depth maps mean. */
 export const smallCase = [

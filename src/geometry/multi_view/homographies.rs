@@ -59,8 +59,8 @@ impl Chain {
             for edge in edges {
                 let [a, b] = edge.photos;
                 let found = match (self.to_root[a], self.to_root[b]) {
-                    (None, Some(to)) => Some((edge.weight, a, (to * edge.homography))),
-                    (Some(from), None) => edge.homography.try_inverse().map(|back| (edge.weight, b, (from * back))),
+                    (None, Some(to)) => Some((edge.weight, a, to * edge.homography)),
+                    (Some(from), None) => edge.homography.try_inverse().map(|back| (edge.weight, b, from * back)),
                     _ => None,
                 };
                 if let Some(found) = found

@@ -1,4 +1,4 @@
-//! Least squares with a number of unknowns that is known at run time only, and products of 3×3 matrices.
+//! Least squares with a number of unknowns that is known at run time only.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -3,9 +3,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::geometry::{Model, MultiView};
+use crate::geometry::{Model, MultiView, eigenpairs};
 use crate::statistics::median;
-use crate::warp::{Projection, Screen};
+use crate::warp::{Projection, Screen, project};
 
 /// Photos are shown on the plane while none of them is stretched by more than this anywhere, in area: away from the middle by 2,
 /// across that by √2.
@@ -16,8 +16,6 @@ const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const MOST_LEVEL: f64 = 0.866;
 /// How much the cameras' own uprights count next to what their horizontal axes say.
 const OWN_UPRIGHT: f64 = 0.01;
-/// Steps of the search for the horizon: it is not steep where cameras hardly turned.
-const ITERATIONS: usize = 1000;
 /// Points a row and a column of a photo that are looked at.
 const POINTS: usize = 9;
 
@@ -96,7 +94,7 @@ impl Picture {
         };
         let rotation = Matrix3::from_columns(&[down.cross(&ahead), down, ahead]);
         let screen = Screen { sphere, focal: geometry.focal(reference)?, centre: [0.0; 2] };
-        let (turn, back) = (times(&rotation.transpose(), &to_rays), times(&to_pixels, &rotation));
+        let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
         let mut found = Self { reference, turn, back, screen: Some(screen) };
         // The reference's top left is the origin.
         let [x, y, ..] = found.bounds(reference, sizes, geometry)?;
@@ -126,8 +124,8 @@ impl Picture {
             let [x, y] = at.map(|v| v as f64);
             (turn[(0, 2)], turn[(1, 2)], back[(0, 2)], back[(1, 2)]) = (-x, -y, x, y);
         }
-        let forward = Model { h: times(&turn, &forward.h), e: turn * forward.e };
-        Some([forward, Model { h: times(&reverse.h, &back), e: reverse.e }])
+        let forward = Model { h: turn * forward.h, e: turn * forward.e };
+        Some([forward, Model { h: reverse.h * back, e: reverse.e }])
     }
 
     /// The screen of a picture whose first pixel is at `at`.
@@ -137,10 +135,7 @@ impl Picture {
     }
 
     fn project(&self, model: &Model, [x, y]: [f64; 2], depth: f64) -> Option<[f64; 2]> {
-        match &self.screen {
-            Some(screen) => Some(screen.project(model.transform(x, y, depth))),
-            None => model.project(x, y, depth),
-        }
+        project(self.screen.as_ref(), model, [x, y], depth)
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` without a place, and where part of it is behind the plane.
@@ -200,23 +195,17 @@ pub(super) fn typical_depth(geometry: &MultiView, [photo, other]: [usize; 2]) ->
 /// *Automatic Panoramic Image Stitching using Invariant Features*, 2007, section 5), and otherwise as the cameras were held.
 fn downwards(reference: usize, photos: &[usize], geometry: &MultiView) -> Option<Vector3<f64>> {
     let own = geometry.camera(reference)?.rotation;
-    let (mut across, mut held) = (Vec::new(), Vector3::zeros());
+    let (mut across, mut held, mut count) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     for camera in photos.iter().filter_map(|&photo| geometry.camera(photo)) {
-        let turn = times(&own, &camera.rotation.transpose());
-        across.push(turn.column(0).into_owned());
+        let turn = own * camera.rotation.transpose();
+        across += turn.column(0) * turn.column(0).transpose();
         held += turn.column(1);
+        count += 1.0;
     }
     let held = unit(held)?;
-    // The eigenvector of the smallest eigenvalue of what they span, by power iteration on the rest.
-    let count = across.len() as f64;
-    let mut down = held;
-    for _ in 0..ITERATIONS {
-        let mut next = down * count - (down - held * held.dot(&down)) * (OWN_UPRIGHT * count);
-        for axis in &across {
-            next -= axis * axis.dot(&down);
-        }
-        down = unit(next)?;
-    }
+    let others = Matrix3::identity() - held * held.transpose();
+    let [.., (_, down)] = eigenpairs(&(across + others * (OWN_UPRIGHT * count)))?;
+    let down = if down.dot(&held) < 0.0 { -down } else { down };
     // Cameras held on their side say nothing of the horizon.
     Some(if down.dot(&held) > std::f64::consts::FRAC_1_SQRT_2 { down } else { held })
 }
@@ -225,9 +214,4 @@ fn downwards(reference: usize, photos: &[usize], geometry: &MultiView) -> Option
 fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     let length = v.norm();
     (length > 1e-6).then(|| v / length)
-}
-
-/// A product: inlined wherever there is one, they would be a large part of the module's growth.
-fn times(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    a * b
 }

@@ -2,10 +2,9 @@
 import { make } from "../dom.js";
 import type { ManyOutcome } from "../state.js";
 import { count, size } from "../text/numbers.js";
-import { labelsBitmap, pictureBitmap } from "../view/bitmaps.js";
-import { canvasExtent, drawCanvas } from "../view/canvas-views.js";
+import { labelsBitmap } from "../view/bitmaps.js";
+import { canvasExtent, drawCanvas, mosaicScene } from "../view/canvas-views.js";
 import { checkbox } from "../view/controls.js";
-import { cropOutline } from "../view/crop-outline.js";
 import type { View } from "../view/view-types.js";
 import { cssColour, photoColour } from "./colours.js";
 import { usedCount } from "./report-text.js";
@@ -15,21 +14,10 @@ export const manyMosaicView: View<ManyOutcome> = {
   label: "Mosaic",
   group: "result",
   async open(outcome, view) {
-    const bitmap = await pictureBitmap(outcome.mosaic);
-    const extent = canvasExtent(outcome);
     const { result, photos } = outcome;
     const reference = photos[result.reference]?.file.name ?? "";
-    const saved = cropOutline(outcome, view);
     return {
-      scene: {
-        extent,
-        space: "canvas",
-        draw(context, pixel) {
-          drawCanvas(context, bitmap, extent);
-          saved.draw(context, pixel);
-        },
-      },
-      close: saved.close,
+      ...(await mosaicScene(outcome, view)),
       caption: `The mosaic of ${count(usedCount(outcome), "photo", "photos")}, seen from ${reference}, ${size(outcome.mosaic)} pixels.`,
     };
   },

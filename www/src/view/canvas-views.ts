@@ -7,7 +7,7 @@ import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js
 import { checkbox, legend, scale } from "./controls.js";
 import { cropOutline, drawOutline } from "./crop-outline.js";
 import { drawGrid } from "./grid.js";
-import type { View } from "./view-types.js";
+import type { Opened, View, ViewContext } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
 /** The extent of the canvas. */
@@ -25,28 +25,38 @@ export function drawCanvas(
   context.drawImage(bitmap, x, y, width, height);
 }
 
+/** The mosaic, of two photos or many, with the outline of what would be saved. */
+export async function mosaicScene(
+  outcome: Outcome | ManyOutcome,
+  view: ViewContext,
+): Promise<Pick<Opened, "scene" | "close">> {
+  const bitmap = await pictureBitmap(outcome.mosaic);
+  const extent = canvasExtent(outcome);
+  const saved = cropOutline(outcome, view);
+  return {
+    scene: {
+      extent,
+      space: "canvas",
+      draw(context, pixel) {
+        drawCanvas(context, bitmap, extent);
+        saved.draw(context, pixel);
+      },
+    },
+    close: saved.close,
+  };
+}
+
 export const mosaicView: View = {
   id: "mosaic",
   label: "Mosaic",
   group: "result",
   async open(outcome, view) {
-    const bitmap = await pictureBitmap(outcome.mosaic);
-    const extent = canvasExtent(outcome);
     const { job, result } = outcome;
     const uncertain = Boolean(result.targetDepth && !job.targetDepth);
     const offer = make("button", { type: "button" }, "Improve with a depth model…");
     offer.addEventListener("click", () => view.offerDepth());
-    const saved = cropOutline(outcome, view);
     return {
-      scene: {
-        extent,
-        space: "canvas",
-        draw(context, pixel) {
-          drawCanvas(context, bitmap, extent);
-          saved.draw(context, pixel);
-        },
-      },
-      close: saved.close,
+      ...(await mosaicScene(outcome, view)),
       caption:
         `The mosaic of both photos, ${size(outcome.mosaic)} pixels.` +
         (uncertain ? " Distances are estimated where only the first photo is visible." : ""),
