@@ -83,6 +83,16 @@ pub enum Error {
         /// As the caller spelled it.
         name: String,
     },
+    /// A photo of which nothing is there.
+    #[error("{name}{} is transparent: none of its {pixels} pixels has an alpha of 128 or more", Index(*index))]
+    TransparentPhoto {
+        /// The photo, or the array that it is in.
+        name: &'static str,
+        /// Its index in that.
+        index: Option<usize>,
+        /// How many pixels it has.
+        pixels: u64,
+    },
     /// A buffer whose length does not fit its stated size.
     #[error("{name} has {actual} values where its size asks for {expected}")]
     SizeMismatch {
@@ -160,6 +170,15 @@ pub enum Error {
     Aborted,
 }
 
+/// The index of an element as JavaScript writes it; nothing without one.
+struct Index(Option<usize>);
+
+impl fmt::Display for Index {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |index| write!(f, "[{index}]"))
+    }
+}
+
 /// `std::result::Result` with this crate's [`Error`], boxed: errors are rare, and what every call returns should be small.
 pub type Result<T> = std::result::Result<T, Box<Error>>;
 
@@ -167,7 +186,10 @@ impl Error {
     /// The stable code, the same in Rust and JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
-            Error::InvalidArgument { .. } | Error::WrongType { .. } | Error::UnknownOption { .. } => "invalid-argument",
+            Error::InvalidArgument { .. }
+            | Error::WrongType { .. }
+            | Error::UnknownOption { .. }
+            | Error::TransparentPhoto { .. } => "invalid-argument",
             Error::SizeMismatch { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
@@ -184,6 +206,10 @@ impl Error {
     pub fn details(&self) -> Vec<(&'static str, f64)> {
         let numbers: &[(&'static str, f64)] = match *self {
             Error::InvalidArgument { value, .. } => &[("value", value)],
+            Error::TransparentPhoto { index: Some(index), pixels, .. } => {
+                &[("photo", index as f64), ("pixels", pixels as f64)]
+            }
+            Error::TransparentPhoto { pixels, .. } => &[("pixels", pixels as f64)],
             Error::SizeMismatch { expected, actual, .. } => &[("expected", expected as f64), ("actual", actual as f64)],
             Error::TooFewMatches { matches, usable, needed } => {
                 &[("matches", matches as f64), ("usable", usable as f64), ("needed", needed as f64)]

@@ -5,12 +5,17 @@ use bytemuck::allocation::try_zeroed_slice_box;
 
 use crate::{Error, Result};
 
-/// A borrowed RGBA picture, 8 bit, row by row from the top left. The alpha of an input photo is ignored.
+/// A pixel of a photo with a smaller alpha is not there; one with this alpha or more is there, and opaque.
+pub const LEAST_ALPHA: u8 = 128;
+
+/// A borrowed RGBA picture, 8 bit, row by row from the top left. Pixels with an alpha below [`LEAST_ALPHA`] are not there: no stage
+/// makes anything of them. All others are opaque.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageView<'a> {
     data: &'a [u8],
     width: usize,
     height: usize,
+    masked: bool,
 }
 
 impl<'a> ImageView<'a> {
@@ -20,7 +25,26 @@ impl<'a> ImageView<'a> {
     /// `invalid-argument` for an empty side, `size-mismatch` for another length.
     pub fn new(name: &'static str, data: &'a [u8], width: usize, height: usize) -> Result<Self> {
         check_len(name, data.len(), width, height, 4)?;
-        Ok(Self { data, width, height })
+        Ok(Self::of(data, width, height))
+    }
+
+    /// Of so many bytes.
+    fn of(data: &'a [u8], width: usize, height: usize) -> Self {
+        // In pieces, so that each is a loop without a way out, which the compiler turns into SIMD.
+        let least = |pixels: &[[u8; 4]]| pixels.iter().fold(u8::MAX, |least, pixel| least.min(pixel[3]));
+        let masked = data.as_chunks().0.chunks(4096).any(|pixels| least(pixels) < LEAST_ALPHA);
+        Self { data, width, height, masked }
+    }
+
+    /// Whether any pixel is not there.
+    pub fn is_masked(&self) -> bool {
+        self.masked
+    }
+
+    /// Whether a pixel of this picture is there.
+    #[inline]
+    pub fn is_there(&self, pixel: [u8; 4]) -> bool {
+        !self.masked || pixel[3] >= LEAST_ALPHA
     }
 
     /// Bytes, RGBA.
@@ -85,9 +109,9 @@ impl Image {
         Self { data, width, height }
     }
 
-    /// Borrows the image.
+    /// Borrows the image. Looks once at the alpha of all pixels.
     pub fn view(&self) -> ImageView<'_> {
-        ImageView { data: &self.data, width: self.width, height: self.height }
+        ImageView::of(&self.data, self.width, self.height)
     }
 
     /// Bytes, RGBA.

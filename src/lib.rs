@@ -115,6 +115,7 @@ mod sampler;
 mod sort;
 mod srgb;
 mod statistics;
+mod transparency;
 mod upsampling;
 pub mod warp;
 

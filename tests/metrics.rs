@@ -139,7 +139,7 @@ fn similarity_falls_as_the_error_grows() {
     }
 }
 
-/// What lies under alpha 0, beside the overlap, and in the reference's alpha must not count; black valid pixels must.
+/// What lies under alpha 0, beside the overlap, and where the reference is not there must not count; black valid pixels must.
 #[test]
 fn only_the_mask_says_what_is_valid() {
     let reference = reference(40, 30);
@@ -153,9 +153,13 @@ fn only_the_mask_says_what_is_valid() {
         pixel.copy_from_slice(&[200, 3, 77, 0]);
     }
     let mut seethrough = reference.clone();
-    seethrough.data_mut().iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 0);
+    let beside = |(i, _): &(usize, &mut [u8; 4])| hole(i % 40, i / 40);
+    seethrough.pixels_mut().iter_mut().enumerate().filter(beside).for_each(|(_, pixel)| *pixel = [9, 8, 7, 0]);
     let q = measure(&warped(clean, (3, 2)), &reference);
-    assert_eq!(q, measure(&warped(dirty, (3, 2)), &seethrough));
+    assert_eq!(q, measure(&warped(dirty.clone(), (3, 2)), &reference));
+    // Coverage is a share of what is there.
+    let there = Quality { coverage: 1.0, ..q };
+    assert_eq!(there, measure(&warped(dirty, (3, 2)), &seethrough));
     assert_eq!((q.psnr_mask, q.ssim_mask), (f64::INFINITY, 1.0));
     assert_eq!(q.coverage, (26 * 26) as f64 / 1200.0);
 

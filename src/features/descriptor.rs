@@ -13,6 +13,8 @@ const BINS: usize = TURN as usize;
 pub const LENGTH: usize = CELLS * CELLS * BINS;
 /// Side of a cell, in σ of the keypoint.
 const CELL: f32 = 3.0;
+/// Farthest pixel that takes part, in σ: the corner of the outer cells' neighbours.
+pub(super) const SUPPORT: f32 = CELL * (CELLS as f32 + 1.0) / 2.0 * std::f32::consts::SQRT_2;
 /// Values of a unit descriptor are clipped to this, as large ones depend on the illumination (Lowe 2004, section 6.1).
 const CUT: f32 = 0.2;
 /// Factor of a unit descriptor before it is rounded to bytes.

@@ -1,16 +1,18 @@
 //! SIFT detection: from a photo to its features.
 
 use super::approximation::TURN;
-use super::descriptor::describe;
+use super::descriptor::{SUPPORT, describe};
 use super::extrema::{Extremum, Limits, SCALES};
 use super::luma::luma;
 use super::orientation::orientations;
 use super::scale_space::{Builder, LEAST_SIDE, Levels, SIGMA};
 use super::selection::select;
 use super::{DetectOptions, Features, Keypoint};
+use crate::distance::STRAIGHT;
 use crate::image::indices;
 use crate::observer::{Observer, report};
 use crate::sort::sort_indices;
+use crate::transparency::distance_to_missing;
 use crate::{Error, ImageView, Result, Stage};
 
 /// By which factor the contrast threshold may be lowered when there are too few keypoints.
@@ -20,7 +22,8 @@ const ENOUGH: usize = 4000;
 /// Keypoints described between two reports.
 const BATCH: usize = 2048;
 
-/// Finds keypoints and describes them. Photos smaller than 16 pixels have none.
+/// Finds keypoints and describes them. Photos smaller than 16 pixels have none. What is described touches no pixel that is not
+/// there.
 ///
 /// # Errors
 /// `invalid-argument` for options out of range, `too-large` when more than `max_bytes` would be needed, `out-of-memory`,
@@ -54,6 +57,7 @@ pub fn detect(image: ImageView<'_>, options: &DetectOptions, observer: &mut dyn 
 
     // The strongest, evenly distributed.
     let grow = if options.upsample { 2 } else { 1 };
+    drop_touching(&mut found, image, full.0 as f32 / (grow * size.0) as f32)?;
     let enough = if options.adaptive { ENOUGH } else { 0 };
     let chosen = select(&found, strong, enough, options.max_keypoints, (grow * size.0, grow * size.1))?;
     drop(found);
@@ -100,6 +104,29 @@ fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
     Ok(())
 }
 
+/// Standard deviation of a level, in pixels of its octave.
+fn deviation(level: f64) -> f32 {
+    (SIGMA * libm::exp(level * (std::f64::consts::LN_2 / SCALES as f64))) as f32
+}
+
+/// Drops the extrema of which a descriptor would touch a pixel that is not there; `scale` is pixels of the photo per pixel of the
+/// first octave.
+fn drop_touching(found: &mut Vec<Extremum>, image: ImageView<'_>, scale: f32) -> Result<()> {
+    let Some(distances) = distance_to_missing(image)? else { return Ok(()) };
+    found.retain(|extremum| {
+        let grow = (1u32 << extremum.octave) as f32 * scale;
+        let at = |k: usize, side: usize| (extremum.pixel[k] as f32 * grow).min((side - 1) as f32) as usize;
+        let index = at(1, image.height()) * image.width() + at(0, image.width());
+        let level = f64::from(extremum.level) + f64::from(extremum.offset[2]);
+        let reach = (SUPPORT * deviation(level) + 1.0) * grow;
+        distances.get(index).is_some_and(|&distance| f32::from(distance) > CHAMFER * reach * STRAIGHT as f32)
+    });
+    Ok(())
+}
+
+/// By how much more than the true one the chamfer distance may be.
+const CHAMFER: f32 = 1.08;
+
 /// The size at which features are looked for.
 pub(crate) fn reduced((width, height): (usize, usize), limit: usize) -> (usize, usize) {
     let longer = width.max(height);
@@ -127,7 +154,7 @@ fn describe_all(
             };
             let [x, y] = [0, 1].map(|i| extremum.pixel[i] as f32 + extremum.offset[i]);
             let level = f64::from(extremum.level) + f64::from(extremum.offset[2]);
-            let sigma = (SIGMA * libm::exp(level * (std::f64::consts::LN_2 / SCALES as f64))) as f32;
+            let sigma = deviation(level);
             let grow = (1u32 << extremum.octave) as f32;
             let shrink = 1.0 / plane.step as f32;
             let (place, deviation) = ([x * shrink, y * shrink], sigma * shrink);

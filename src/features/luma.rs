@@ -38,6 +38,16 @@ pub(crate) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
     Ok(Luma { data, width, height })
 }
 
+/// Luma of the size of the photo, NaN where that is not there.
+pub(crate) fn visible_luma(image: ImageView<'_>) -> Result<Luma> {
+    let mut luma = luma(image, image.size())?;
+    if image.is_masked() {
+        let missing = luma.data.iter_mut().zip(image.pixels()).filter(|(_, pixel)| !image.is_there(**pixel));
+        missing.for_each(|(luma, _)| *luma = f32::NAN);
+    }
+    Ok(luma)
+}
+
 /// The indices of `from` values under value `i` of `to`, and the share of each.
 fn covered(i: usize, to: usize, from: usize) -> impl Iterator<Item = (usize, f32)> {
     // In units of 1 / (from·to) nothing is rounded.

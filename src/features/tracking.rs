@@ -3,7 +3,7 @@
 //! B. Lucas & T. Kanade, *An Iterative Image Registration Technique*, IJCAI 1981; with the gradient of the template
 //! throughout, as S. Baker & I. Matthews, *Lucas-Kanade 20 Years On*, IJCV 56 (2004).
 
-use super::luma::{Luma, luma};
+use super::luma::{Luma, visible_luma};
 use crate::geometry::{Match, Model};
 use crate::image::check_size;
 use crate::observer::{Observer, report};
@@ -48,7 +48,7 @@ pub fn track(
 ) -> Result<()> {
     let (width, height) = reference.size();
     check_size("referenceDepth", depth.size(), (width, height))?;
-    let photos = [luma(target, target.size())?, luma(reference, (width, height))?];
+    let photos = [visible_luma(target)?, visible_luma(reference)?];
     let scene = Scene { photos, depth, reverse };
     let step = (((width * height) as f64 / POINTS).sqrt() as usize).max(RADIUS);
     let mut y = RADIUS;
@@ -147,7 +147,8 @@ fn bilinear(Luma { data, width, .. }: &Luma, x: f32, y: f32) -> Option<f32> {
     Some(across(above) + fy * (across(below) - across(above)))
 }
 
-/// The photo's values at these places less their mean, and the sum of squares of that.
+/// The photo's values at these places less their mean, and the sum of squares of that. Both are NaN where the photo is not there: then
+/// the window has no texture, and looks like nothing.
 fn window(photo: &Luma, places: &[[f32; 2]; AREA]) -> Option<(Window, f32)> {
     let (mut window, mut mean, mut square) = ([0.0; AREA], 0.0, 0.0);
     for (value, &[x, y]) in window.iter_mut().zip(places) {

@@ -25,14 +25,14 @@ pub struct Quality {
     pub psnr_mask: f64,
     /// SSIM averaged over valid pixels only (its windows see the zeroed surround, as the authors' do).
     pub ssim_mask: f64,
-    /// Valid share of the reference, 0 to 1.
+    /// Valid share of the reference, or of what is there of it, 0 to 1.
     pub coverage: f64,
 }
 
 /// Measures the overlap, on the reference's grid, after multiplying the target's linear light by those of the `gains` of red,
 /// green and blue that bring it nearer to the reference; with gains of 1 it is taken as it is. Identical pictures have infinite PSNR.
 ///
-/// A pixel of the reference is valid where the warped alpha over it is not 0 and the confidence, if there is one, at
+/// A pixel of the reference is valid where it is there, the warped alpha over it is not 0 and the confidence, if there is one, at
 /// least [`RELIABLE`]. SSIM is Wang et al.'s (Gaussian window,
 /// σ = 1.5, 11×11; K₁ = 0.01, K₂ = 0.03, population covariance), the mean over red, green and blue.
 ///
@@ -40,7 +40,7 @@ pub struct Quality {
 /// `invalid-argument` for gains that are not finite numbers above 0, `no-overlap` when no pixel of the reference is covered, `size-mismatch`, `out-of-memory`.
 pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Result<Quality> {
     warped.check_canvas(reference)?;
-    if warped.confidence.is_none() && gains == [1.0; 3] {
+    if warped.confidence.is_none() && gains == [1.0; 3] && !reference.is_masked() {
         return measured(&warped.image, warped.offset, reference);
     }
     if let Some(&value) = gains.iter().find(|gain| !(gain.is_finite() && **gain > 0.0)) {
@@ -58,7 +58,10 @@ pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Re
         let pixels = &warped.image.pixels()[start..start + width];
         let confidence = warped.confidence.as_ref().map(|mask| &mask.data()[start..start + width]);
         for (x, ((out, pixel), other)) in row.iter_mut().zip(pixels).zip(photo).enumerate() {
-            if pixel[3] == 0 || confidence.is_some_and(|confidence| confidence[x] < RELIABLE) {
+            if pixel[3] == 0
+                || !reference.is_there(*other)
+                || confidence.is_some_and(|confidence| confidence[x] < RELIABLE)
+            {
                 continue;
             }
             *out = *pixel;
@@ -88,12 +91,17 @@ fn measured(target: &Image, offset: (usize, usize), reference: ImageView<'_>) ->
     }
     let similarity = ssim::similarity(&overlap, covered)?;
     let pixels = |width: usize, height: usize| width as f64 * height as f64;
+    let there = if reference.is_masked() {
+        reference.pixels().iter().filter(|pixel| reference.is_there(**pixel)).count() as f64
+    } else {
+        pixels(reference.width(), reference.height())
+    };
     Ok(Quality {
         psnr_bbox: psnr(error, pixels(overlap.width, overlap.height)),
         ssim_bbox: similarity.whole,
         psnr_mask: psnr(error, covered as f64),
         ssim_mask: similarity.masked,
-        coverage: covered as f64 / pixels(reference.width(), reference.height()),
+        coverage: covered as f64 / there,
     })
 }
 

@@ -26,7 +26,7 @@ pub(super) fn opaque_or_empty(pixel: [u8; 4]) -> [u8; 4] {
     if p & ALPHA != 0 { p | ALPHA } else { 0 }.to_le_bytes()
 }
 
-/// `pixel` is opaque or empty, `photo` is valid whatever its alpha. The bytes are averaged side by side in the word:
+/// `pixel` is opaque or empty, `photo` is there. The bytes are averaged side by side in the word:
 /// ⌈(a + b) / 2⌉ = (a | b) − ((a ^ b) >> 1), no byte borrowing from its neighbour.
 fn mean(pixel: [u8; 4], photo: [u8; 4]) -> [u8; 4] {
     let (p, q) = (u32::from_le_bytes(pixel), u32::from_le_bytes(photo) | ALPHA);

@@ -5,6 +5,7 @@ use super::canvas::Placed;
 use super::{exposure, feather, multiband, seam};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, Portion, report};
+use crate::transparency::outside;
 use crate::warp::Warped;
 use crate::{Error, Image, ImageView, Mask, Result, Stage};
 
@@ -83,7 +84,7 @@ impl BlendOptions {
 pub struct Mosaic {
     /// RGBA, alpha 255 where either photo is valid, 0 (and black) elsewhere.
     pub image: Image,
-    /// Pixels inside the warped target's footprint that neither photo covers.
+    /// Pixels inside the warped target's footprint, or in holes of the reference, that neither photo covers.
     pub voids: Mask,
     /// Which photo shows: 0 none, 1 the target, 2 the reference, 3 both averaged.
     pub seam: Mask,
@@ -93,7 +94,8 @@ pub struct Mosaic {
 
 /// Puts the warped target and the reference together. The reference's colours are changed only across the seam.
 ///
-/// The target is valid where the warped alpha is not 0, the reference in its whole frame (its alpha is ignored).
+/// The target is valid where the warped alpha is not 0, the reference where it is there: a hole in it is a void unless the target shows
+/// there, and where it ends within its frame is none.
 /// `reliable`, on the reference's grid, says where the alignment is reliable: the seam keeps away from elsewhere.
 ///
 /// # Errors
@@ -111,7 +113,7 @@ pub fn blend(
 
     // The target on the canvas, and which photos are valid where.
     let (canvas, width, height) = (warped.image.data(), warped.image.width(), warped.image.height());
-    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1, masked: false };
+    let placed = Placed { photo: reference, left: warped.offset.0, top: warped.offset.1 };
     let mut data = Vec::new();
     reserve(&mut data, canvas.len())?;
     data.extend_from_slice(canvas);
@@ -128,8 +130,24 @@ pub fn blend(
     reserve(&mut voids, width * height)?;
     let drawn = warped.footprint.data().iter().zip(seam.data());
     voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == 0 { 255 } else { 0 }));
+    let mut voids = Mask::from_bytes(voids, width, height);
+    add_holes(&mut voids, &placed, &seam)?;
     report(observer, Stage::Blend, 1.0)?;
-    Ok(Mosaic { image, voids: Mask::from_bytes(voids, width, height), seam, gains })
+    Ok(Mosaic { image, voids, seam, gains })
+}
+
+/// Adds what the reference has holes in, and neither photo shows.
+fn add_holes(voids: &mut Mask, reference: &Placed<'_>, seam: &Mask) -> Result<()> {
+    let (photo, canvas) = (reference.photo, seam.width());
+    let Some(outside) = outside(photo)? else { return Ok(()) };
+    for (at, &pixel) in photo.pixels().iter().enumerate() {
+        let (x, y) = (reference.left + at % photo.width(), reference.top + at / photo.width());
+        let place = y * canvas + x;
+        if !photo.is_there(pixel) && outside.data()[at] == 0 && seam.data()[place] == 0 {
+            voids.data_mut()[place] = 255;
+        }
+    }
+    Ok(())
 }
 
 /// Puts a photo onto what is there: matches its exposure, decides which shows where both are valid, which `seam` says before,

@@ -9,8 +9,6 @@ pub(super) struct Placed<'a> {
     /// Canvas position of its top left pixel.
     pub left: usize,
     pub top: usize,
-    /// Whether it is valid only where its alpha is not 0: what several photos have made already.
-    pub masked: bool,
 }
 
 impl<'a> Placed<'a> {
@@ -24,7 +22,7 @@ impl<'a> Placed<'a> {
     /// Whether a pixel of the reference is one.
     #[inline]
     pub fn is_valid(&self, pixel: [u8; 4]) -> bool {
-        !self.masked || pixel[3] != 0
+        self.photo.is_there(pixel)
     }
 
     /// The reference's pixel at a position of the canvas.

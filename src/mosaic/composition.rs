@@ -11,6 +11,7 @@ use super::seam;
 use crate::image::{check_size, filled, reserve};
 use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
+use crate::transparency::outside;
 use crate::warp::Warped;
 use crate::{Image, ImageView, InverseDepth, Mask, Result, Stage};
 
@@ -43,23 +44,28 @@ pub struct Added {
 }
 
 impl Composition {
-    /// The reference alone, as it is, under this label; without its inverse `depth` that is 0.
+    /// The reference alone, as far as it is there, under this label; without its inverse `depth` that is 0.
     ///
     /// # Errors
     /// `size-mismatch` for depth of another size, `out-of-memory`.
     pub fn of(reference: ImageView<'_>, depth: Option<&InverseDepth>, label: u8) -> Result<Self> {
         let (width, height) = reference.size();
+        let there = |at: usize| reference.pixels().get(at).is_none_or(|&pixel| reference.is_there(pixel));
         let depth = match depth {
-            Some(depth) => depth.map_indexed(|_, d| d)?,
+            Some(depth) => depth.map_indexed(|at, d| if there(at) { d } else { f32::NAN })?,
             None => InverseDepth::constant(0.0, width, height)?,
         };
         check_size("depth", depth.size(), (width, height))?;
         let mut image = Image::transparent(width, height)?;
-        for (pixel, &[r, g, b, _]) in image.pixels_mut().iter_mut().zip(reference.pixels()) {
+        let pixels = image.pixels_mut().iter_mut().zip(reference.pixels());
+        for (pixel, &[r, g, b, _]) in pixels.filter(|(_, pixel)| reference.is_there(**pixel)) {
             *pixel = [r, g, b, 255];
         }
         let mut footprint = Mask::empty(width, height)?;
         footprint.data_mut().fill(255);
+        if let Some(outside) = outside(reference)? {
+            footprint.data_mut().iter_mut().zip(outside.data()).for_each(|(drawn, outside)| *drawn = !outside);
+        }
         let warped = Warped { image, footprint, confidence: None, depth: Some(depth), offset: (0, 0), clipped: false };
         Self::of_warped(warped, (width, height), label)
     }
@@ -150,7 +156,7 @@ impl Composition {
         let window = own.grown(3 << bands, self.image.size());
 
         let before = self.cut_out(window)?;
-        let placed = Placed { photo: before.view(), left: 0, top: 0, masked: true };
+        let placed = Placed { photo: before.view(), left: 0, top: 0 };
         let (mut image, confidence) = cut_warped(warped, window, (left, top))?;
         let mut shown = seam::sides(&image, &placed)?;
         let overlap = shown.data().iter().filter(|side| **side == 3).count();

@@ -8,6 +8,7 @@ use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
+use super::visible::VisiblePair;
 use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, refine_prior, smooth_outside};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
@@ -44,6 +45,7 @@ pub struct Alignment<'a> {
 /// [`WithoutDepth::Homography`](super::WithoutDepth::Homography) is asked for.
 ///
 /// # Errors
+/// `invalid-argument` for a photo that is nowhere there,
 /// `too-large` when more than [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes) would be needed, and those of
 /// the stages: see [`detect`](crate::features::detect), [`match_features`](crate::features::match_features),
 /// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`](crate::depth::refine).
@@ -57,7 +59,12 @@ pub fn align<'a>(
     let views = [target, reference];
     Memory::of(Job::of(views, matches.is_some()), options).check((0, 0))?;
     let mut timer = StageTimer::start(observer);
-    align_timed(matches, views, options, observer, &mut timer)
+    let visible = VisiblePair::of(matches, views)?;
+    if visible.is_everything() {
+        return align_timed(matches, views, options, observer, &mut timer);
+    }
+    let found = align_timed(visible.matches(matches), visible.views(views), options, observer, &mut timer)?;
+    Ok(found.into_owned())
 }
 
 pub(super) fn align_timed<'a>(
@@ -123,6 +130,13 @@ fn align_guided<'a>(
 }
 
 impl Alignment<'_> {
+    /// With maps of its own.
+    fn into_owned(self) -> Alignment<'static> {
+        let Self { matches, geometry, depth, reliable, prediction_error, smooth } = self;
+        let depth = depth.map(|map| map.map(|map| Cow::Owned(map.into_owned())));
+        Alignment { matches, geometry, depth, reliable, prediction_error, smooth }
+    }
+
     /// The views with the depth maps of this alignment.
     pub fn views<'b>(&'b self, target: View<'b>, reference: View<'b>) -> [View<'b>; 2] {
         let view = |view: View<'b>, side: usize| View { depth: self.depth[side].as_deref(), ..view };

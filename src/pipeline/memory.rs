@@ -22,13 +22,16 @@ pub struct Job {
     pub depth: [bool; 2],
     /// Whether matches are given.
     pub matches: bool,
+    /// Whether target and reference are known to have pixels that are not there.
+    pub masked: [bool; 2],
 }
 
 impl Job {
     /// The job of stitching these views.
     pub fn of(views: [View<'_>; 2], matches: bool) -> Self {
         let photos = views.map(|view| view.image.size());
-        Self { photos, depth: views.map(|view| view.depth.is_some()), matches }
+        let masked = views.map(|view| view.image.is_masked());
+        Self { photos, depth: views.map(|view| view.depth.is_some()), matches, masked }
     }
 }
 
@@ -45,6 +48,8 @@ const FRAGMENTATION: u64 = if cfg!(target_arch = "wasm32") { 10 } else { 0 };
 const RGBA: u64 = 4;
 const MAP: u64 = 4;
 const MASK: u64 = 1;
+/// What a stage knows of pixels that are not there: distances, or marks.
+const MASKED: u64 = 2;
 
 /// Descriptor and keypoint.
 const FEATURE: u64 = 128 + 20;
@@ -132,10 +137,14 @@ impl<'a> Memory<'a> {
         target.saturating_add(reference)
     }
 
-    /// Photos and depth maps as they are given.
+    /// Photos and depth maps as they are given, and copies of those that are not there everywhere.
     fn inputs(&self) -> u64 {
-        let maps = self.photos().into_iter().zip(self.job.depth).filter(|(_, given)| *given).map(|(pixels, _)| pixels);
-        maps.fold(0, u64::saturating_add).saturating_mul(MAP).saturating_add(self.both().saturating_mul(RGBA))
+        let photos = self.photos().into_iter().zip(self.job.depth).zip(self.job.masked);
+        let bytes = photos.map(|((pixels, depth), masked)| {
+            let given = RGBA + if depth { MAP } else { 0 };
+            pixels.saturating_mul(if masked { 2 * given + MASKED } else { given })
+        });
+        bytes.fold(0, u64::saturating_add)
     }
 
     /// Whether depth plays a part, and whether it comes from the photos alone.

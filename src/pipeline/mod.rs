@@ -21,6 +21,7 @@ mod models;
 mod options;
 mod prediction;
 mod timer;
+mod visible;
 
 use std::borrow::Cow;
 
@@ -40,6 +41,7 @@ use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
 use crate::{InverseDepth, Rect, Result, Stage, View};
 use align::align_timed;
 use timer::StageTimer;
+use visible::VisiblePair;
 
 /// Below this SSIM over the valid overlap the two photos hardly show the same thing.
 const POOR_SSIM: f64 = 0.35;
@@ -78,9 +80,11 @@ pub struct Stitched {
     pub times: Vec<(Stage, f64)>,
 }
 
-/// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched.
+/// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched. Pixels that are not there
+/// ([`ImageView`](crate::ImageView)) take part in nothing, nor do depth and matches given for them.
 ///
 /// # Errors
+/// `invalid-argument` for a photo that is nowhere there.
 /// `too-large` when the [predicted peak](Memory) exceeds [`WarpOptions::max_bytes`]: before anything is allocated, or once the
 /// size of the canvas is known. Those of the stages: see [`align`], [`warp`](crate::warp::warp), [`quality`], [`blend`] and [`fill`].
 pub fn stitch(
@@ -94,6 +98,9 @@ pub fn stitch(
     let memory = Memory::of(Job::of(views, matches.is_some()), options);
     memory.check(reference.image.size())?;
     let mut timer = StageTimer::start(observer);
+    let visible = VisiblePair::of(matches, views)?;
+    let (matches, views) = (visible.matches(matches), visible.views(views));
+    let [_, reference] = views;
     let alignment = align_timed(matches, views, options, observer, &mut timer)?;
     let warped = warp_aligned(&alignment, views, options, &memory, observer)?;
     timer.end(Stage::Warp, observer);

@@ -35,7 +35,7 @@ pub(super) struct Prediction {
     texture: Vec<f64>,
 }
 
-/// Mean colours of a photo's squares of `side` pixels.
+/// Mean colours of a photo's squares of `side` pixels, NaN where one of them is not there.
 struct Squares {
     side: usize,
     columns: usize,
@@ -49,9 +49,12 @@ impl Squares {
         reserve(&mut colours, columns * rows)?;
         let share = 1.0 / (side * side) as f32;
         for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let mut sum = [0u32; 3];
+            let (mut sum, mut share) = ([0u32; 3], share);
             for row in y * side..(y + 1) * side {
-                for [r, g, b, _] in &photo.pixels()[row * photo.width() + x * side..][..side] {
+                for pixel @ [r, g, b, _] in &photo.pixels()[row * photo.width() + x * side..][..side] {
+                    if !photo.is_there(*pixel) {
+                        share = f32::NAN;
+                    }
                     sum = [sum[0] + u32::from(*r), sum[1] + u32::from(*g), sum[2] + u32::from(*b)];
                 }
             }
@@ -64,14 +67,15 @@ impl Squares {
         self.colours.len() / self.columns.max(1)
     }
 
-    /// Bilinear at a pixel of the photo; `None` within half a square of its border, and outside.
+    /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to what is not there.
     fn sample(&self, [x, y]: [f64; 2]) -> Option<[f32; 3]> {
         let [x, y] = [x, y].map(|p| (p + 0.5) / self.side as f64 - 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 - 1.0 && y < self.rows() as f64 - 1.0;
         let at = inside.then_some(y as usize * self.columns + x as usize)?;
         let (u, v) = (x.fract() as f32, y.fract() as f32);
         let row = |at: usize, c: usize| self.colours[at][c] * (1.0 - u) + self.colours[at + 1][c] * u;
-        Some([0, 1, 2].map(|c| row(at, c) * (1.0 - v) + row(at + self.columns, c) * v))
+        let colour = [0, 1, 2].map(|c| row(at, c) * (1.0 - v) + row(at + self.columns, c) * v);
+        (!colour[0].is_nan()).then_some(colour)
     }
 }
 
@@ -151,6 +155,7 @@ impl Prediction {
         let mut sums = [[0.0f64; 3]; 2];
         for (cell, footprint) in footprints.iter().enumerate() {
             if let Some((own, within)) = self.squares(cell).nth(self.squares * self.squares / 2)
+                && !own[0].is_nan()
                 && let Some(other) = footprint.as_ref().and_then(|print| self.reference.sample(print.at(within)))
             {
                 for c in 0..3 {
@@ -169,7 +174,7 @@ impl Prediction {
     fn choice(&self, cell: usize, gains: [f32; 3], footprint: Option<Footprint>) -> Choice {
         let (mut sum, mut count) = (0.0, 0);
         if let Some(footprint) = footprint {
-            for (own, within) in self.squares(cell) {
+            for (own, within) in self.squares(cell).filter(|(own, _)| !own[0].is_nan()) {
                 if let Some(other) = self.reference.sample(footprint.at(within)) {
                     sum += (0..3).map(|c| (own[c] * gains[c] - other[c]).abs()).sum::<f32>();
                     count += 1;
@@ -177,6 +182,10 @@ impl Prediction {
             }
         }
         let (x, y) = (cell % self.columns, cell / self.columns);
+        // What the target does not show there it does not show at the seam either.
+        if self.squares(cell).all(|(own, _)| own[0].is_nan()) {
+            return Choice::Reference;
+        }
         let border = x == 0 || y == 0 || x + 1 == self.columns || y + 1 == self.rows;
         match (2 * count > self.squares * self.squares, border) {
             (false, _) => Choice::Target,

@@ -112,7 +112,7 @@ impl Candidate<'_> {
 pub(super) struct Locator<'a> {
     canvas: &'a Canvas,
     reference: (usize, usize),
-    /// What has an alpha that counts.
+    /// What is not there everywhere.
     mask: Option<ImageView<'a>>,
     reference_depth: Option<&'a [f32]>,
     target: (usize, usize),
@@ -134,7 +134,7 @@ impl<'a> Locator<'a> {
         Self {
             canvas,
             reference: scene.reference.size(),
-            mask: scene.masked.then_some(scene.reference),
+            mask: Some(scene.reference).filter(ImageView::is_masked),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
             step: step.map(|step| f32x4::splat(step as f32)),
@@ -161,7 +161,7 @@ impl<'a> Locator<'a> {
             let mut inside = x.cmp_gt(before) & x.cmp_lt(width) & y.cmp_gt(before) & y.cmp_lt(height);
             let index = y * width + x;
             if let Some(mask) = &self.mask {
-                inside &= opaque(mask, index & inside);
+                inside &= there(mask, index & inside);
             }
             let s = [u * self.step[0], (f32x4::splat(j as f32) + v) * self.step[1]];
             let (mut distance, mut one) = (f32x4::ZERO, f32x4::ONE);
@@ -202,9 +202,13 @@ impl<'a> Locator<'a> {
     }
 }
 
-/// Which of four pixels have an alpha that is not 0.
-fn opaque(image: &ImageView<'_>, index: i32x4) -> i32x4 {
-    i32x4::new(index.to_array().map(|i| -i32::from(image.pixels().get(i as usize).is_some_and(|pixel| pixel[3] != 0))))
+/// Which of four pixels are there.
+fn there(image: &ImageView<'_>, index: i32x4) -> i32x4 {
+    i32x4::new(
+        index
+            .to_array()
+            .map(|i| -i32::from(image.pixels().get(i as usize).is_some_and(|&pixel| image.is_there(pixel)))),
+    )
 }
 
 /// The rays of four pixels.

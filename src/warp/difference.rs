@@ -22,13 +22,14 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
     let mut index = 0;
     while let Some(colour) = scene.reference.pixels().get(index) {
         let d = scene.reference_depth.and_then(|depth| depth.data().get(index)).map_or(0.0, |d| f64::from(*d));
-        if !(scene.masked && colour[3] == 0)
+        if scene.reference.is_there(*colour)
             && let Some([u, v]) = back((index % row) as f64, (index / row) as f64, d)
             && u >= 0.0
             && v >= 0.0
             && u < width as f64
             && v < height as f64
             && let Some(other) = scene.target.pixels().get(v as usize * width + u as usize)
+            && scene.target.is_there(*other)
         {
             let [colour, other] = [*colour, *other].map(u32::from_le_bytes);
             (sum, pixels) = (sum + f64::from(photometric_error(colour, other)), pixels + 1.0);

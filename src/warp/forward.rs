@@ -36,7 +36,12 @@ pub(super) fn splat(
                 continue;
             }
             let i = v as usize * canvas.width + u as usize;
-            let [r, g, b, _] = target.pixel(x, y);
+            let pixel @ [r, g, b, _] = target.pixel(x, y);
+            if !target.is_there(pixel) {
+                // A hole within the target is a void.
+                out.footprint.data_mut()[i] |= map.outside.map_or(0, |outside| !outside.data()[y * w + x]);
+                continue;
+            }
             out.image.data_mut()[4 * i..4 * i + 4].copy_from_slice(&[r, g, b, 255]);
             out.footprint.data_mut()[i] = 255;
             if let Some(depth) = depths.get_mut(i) {

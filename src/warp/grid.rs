@@ -7,7 +7,7 @@ use super::canvas::Limits;
 use crate::geometry::Model;
 use crate::image::{filled, zeroed};
 use crate::lanes::LANES;
-use crate::{Error, InverseDepth, Result};
+use crate::{Error, InverseDepth, Mask, Result};
 
 /// Binary digits after the point of a [`Point`]. On this grid edge functions are exact in integers, so neighbouring
 /// cells meet without gap or overlap.
@@ -16,8 +16,8 @@ pub(super) const SUBPIXEL_BITS: u32 = 10;
 pub(super) const PIXEL: i32 = 1 << SUBPIXEL_BITS;
 const SUBPIXEL: f64 = PIXEL as f64;
 
-/// A mapped position in fixed point; both are [`INVALID`] for a vertex behind the camera, at a hole or beyond the canvas
-/// limit.
+/// A mapped position in fixed point; both are [`INVALID`] for a vertex behind the camera, at a hole, where the photo has ended or
+/// beyond the canvas limit.
 pub(super) type Point = [i32; 2];
 pub(super) const INVALID: i32 = i32::MIN;
 
@@ -26,6 +26,8 @@ pub(super) struct Map<'a> {
     pub model: &'a Model,
     /// What the model's image is projected onto, other than a plane.
     pub screen: Option<Screen>,
+    /// Where the target ends within its frame; `None` where all of it is there.
+    pub outside: Option<&'a Mask>,
     pub limits: Limits,
 }
 
@@ -59,12 +61,21 @@ impl VertexGrid {
         let mut py: Vec<i32> = zeroed(stride * (rows + 1))?;
         let none = i32x4::splat(INVALID);
         let (mut clipped, mut least, mut most) = (f64x2::splat(0.0), [i32x4::splat(i32::MAX); 2], [none; 2]);
+        // With a vertex at every pixel a photo that ends within its frame does so as at the frame; cells of a coarser grid are cut.
+        let ends = map.outside.filter(|outside| outside.size() == (columns + 1, rows + 1));
         // Beyond the last vertex are holes.
         let mut depths = filled(stride, f32::NAN)?;
         depths[..=columns].fill(0.0);
         for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
             let y = j as f64 * dy;
             sample_row(depth, dx, y, &mut depths[..=columns]);
+            if let Some(outside) = ends {
+                if depth.is_none() {
+                    depths[..=columns].fill(0.0);
+                }
+                let row = depths.iter_mut().zip(&outside.data()[j * size.0..]).take(size.0);
+                row.filter(|(_, outside)| **outside != 0).for_each(|(depth, _)| *depth = f32::NAN);
+            }
             let projection = RowProjection::new(map, y);
             // Vertices i and i + 1.
             let mut land = |i: usize, d: [f32; 2]| {

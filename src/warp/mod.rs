@@ -27,6 +27,7 @@ mod stretch;
 use crate::depth::holes::{self, Holes};
 use crate::geometry::{Model, check_views};
 use crate::observer::{Observer, report};
+use crate::transparency::{Extended, outside};
 use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
 
 pub use screen::Projection;
@@ -108,7 +109,7 @@ impl WarpOptions {
 pub struct Warped {
     /// The canvas: RGBA, alpha 255 where the target is visible, 0 elsewhere.
     pub image: Image,
-    /// Where any cell of the target was drawn, voided ones included.
+    /// Where any cell of the target was drawn, voided ones and holes in its alpha included.
     pub footprint: Mask,
     /// How well forward and reverse model agree on what is shown: 255 where the reverse model leads back to the very place in
     /// the target, [`RELIABLE`] at the void distance, towards 0 beyond; 255 outside the reference. `None` unless the mode is
@@ -129,11 +130,14 @@ pub const RELIABLE: u8 = 128;
 /// Renders the target in the reference's view (paper, algorithm 2). `forward` maps target to reference, `reverse`
 /// back; both take inverse depth as the maps have it.
 ///
+/// Pixels of the target that are not there are not drawn: where they hang together with its border it ends there, others are voids. Where
+/// the reference is not there it is as outside of it.
+///
 /// The warped depth is d' = d/λ', λ' the third coordinate of the model's image: 1/z' for d = 1/z, and along a ray of
 /// the reference it grows towards the camera whatever affine change the map has undergone.
 ///
 /// # Errors
-/// `invalid-argument` for options out of range or a model that needs a depth map it did not get, `size-mismatch`,
+/// `invalid-argument` for options out of range, a model that needs a depth map it did not get or a target that is nowhere there, `size-mismatch`,
 /// `too-large` when the canvas would exceed `max_bytes`, `no-overlap` when no part of the target lands on the
 /// canvas, `out-of-memory`, `aborted`.
 pub fn warp(
@@ -145,6 +149,8 @@ pub fn warp(
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
     let check_canvas = |canvas| canvas::check_budget(canvas, options.max_bytes);
+    let extended = Extended::of(target, "target", None)?;
+    let target = Extended::view(&extended, target);
     warp_within(&WarpJob::new([target, reference], forward, reverse), options, &check_canvas, observer)
 }
 
@@ -154,8 +160,6 @@ pub(crate) struct WarpJob<'a> {
     pub target: View<'a>,
     /// A photo, or a picture made of several.
     pub reference: View<'a>,
-    /// Whether the reference is there only where its alpha is not 0.
-    pub masked: bool,
     pub forward: &'a Model,
     pub reverse: &'a Model,
     /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
@@ -165,7 +169,7 @@ pub(crate) struct WarpJob<'a> {
 
 impl<'a> WarpJob<'a> {
     pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
-        Self { target, reference, masked: false, forward, reverse, screen: None }
+        Self { target, reference, forward, reverse, screen: None }
     }
 }
 
@@ -176,7 +180,7 @@ pub(crate) fn warp_within(
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let &WarpJob { target, reference, masked, forward, reverse, screen } = job;
+    let &WarpJob { target, reference, forward, reverse, screen } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
@@ -185,7 +189,8 @@ pub(crate) fn warp_within(
         Some(screen) => screen.limits(),
         None => canvas::Limits::new(&reference.image, options.canvas_limit),
     };
-    let map = grid::Map { model: forward, screen, limits };
+    let outside = outside(target.image)?;
+    let map = grid::Map { model: forward, screen, outside: outside.as_ref(), limits };
     let grid = grid::VertexGrid::map(target.image.size(), target_depth.as_deref(), &map, options.grid)?;
     let canvas = canvas::Canvas::around(grid.bounds, &reference.image);
     check_canvas((canvas.width, canvas.height))?;
@@ -204,8 +209,8 @@ pub(crate) fn warp_within(
         let scene = scene::Scene {
             target: target.image,
             target_depth: target_depth.as_deref(),
+            outside: outside.as_ref(),
             reference: reference.image,
-            masked,
             reference_depth: reference_depth.as_deref(),
             reverse,
             screen,
@@ -215,7 +220,7 @@ pub(crate) fn warp_within(
         render::render(&scene, &grid, &canvas, &mut out, observer)?
     };
     if options.mode == WarpMode::Soft {
-        outline::clean(&mut image, &mut footprint, &canvas, &reference.image, masked)?;
+        outline::clean(&mut image, &mut footprint, &canvas, &reference.image)?;
     }
     let depth = if options.depth { depth::in_reference_frame(depth, &image, &map, canvas.offset) } else { None };
     report(observer, Stage::Warp, 1.0)?;

@@ -16,19 +16,13 @@ const SPECK: usize = 2000;
 
 /// Drops small pieces outside the reference, and opens and closes the footprint there by a small disc: what it loses is
 /// no longer shown, what it gains is void.
-pub(super) fn clean(
-    image: &mut Image,
-    footprint: &mut Mask,
-    canvas: &Canvas,
-    reference: &ImageView<'_>,
-    masked: bool,
-) -> Result<()> {
+pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, reference: &ImageView<'_>) -> Result<()> {
     let (width, cells) = (canvas.width, canvas.width * canvas.height);
     let (left, top) = canvas.offset;
     let size = reference.size();
     let in_reference = |at: usize| {
         let (x, y) = ((at % width).wrapping_sub(left), (at / width).wrapping_sub(top));
-        x < size.0 && y < size.1 && !(masked && reference.pixel(x, y)[3] == 0)
+        x < size.0 && y < size.1 && reference.is_there(reference.pixel(x, y))
     };
     let (w, h) = (size.0 as f64, size.1 as f64);
     let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;

@@ -48,7 +48,7 @@ impl<'a> Painter<'a> {
     #[inline(always)]
     pub fn offer(&mut self, candidates: &Candidates) {
         // What the loop reads lies in locals: nothing that it writes could change it.
-        let Scene { target, reference, options, .. } = *self.scene;
+        let Scene { target, outside, reference, options, .. } = *self.scene;
         let soft = options.mode == WarpMode::Soft;
         let select = soft || options.mode == WarpMode::Optimal;
         let (target_depth, always) = (needed_depth(self.scene).map(InverseDepth::data), options.depth || soft);
@@ -59,6 +59,14 @@ impl<'a> Painter<'a> {
         let confidences = &mut self.confidence[..];
         for candidate in candidates.iter() {
             let at = candidate.at();
+            if let Some(outside) = outside {
+                let nearest = candidate.tap().nearest;
+                if !target.is_there(target.pixels()[nearest]) {
+                    // A hole within the target is a void.
+                    footprint[at] |= !outside.data()[nearest];
+                    continue;
+                }
+            }
             footprint[at] = 255;
             let there = u32::from_le_bytes(pixels[at]);
             let taken = there >= OPAQUE;

@@ -5,6 +5,7 @@ use wasm_bindgen::JsValue;
 use super::convert::{get, size_from_js};
 use super::inputs;
 use crate::pipeline::{Job, check_inputs};
+use crate::transparency::Extended;
 use crate::{Image, InverseDepth, Result, View};
 
 /// Both photos and their depth.
@@ -30,6 +31,8 @@ impl Photos {
             photos: [target_size, reference_size],
             depth: [given("targetDepth"), given("referenceDepth")],
             matches: given("matches"),
+            // Not known before they are copied.
+            masked: [false; 2],
         })?;
         Ok(Self {
             target: inputs::image("target", target)?,
@@ -48,9 +51,11 @@ impl Photos {
     }
 }
 
-/// A photo that a stage takes alone.
+/// A photo that a stage takes alone, its colours extended to where it is not there.
 pub(super) fn single_photo(name: &'static str, image: &JsValue, max_bytes: u64) -> Result<Image> {
     let size = size_from_js(name, image)?;
     check_inputs([size, size], max_bytes)?;
-    inputs::image(name, image)
+    let image = inputs::image(name, image)?;
+    let extended = Extended::of(View { image: image.view(), depth: None }, name, None)?;
+    Ok(extended.map_or(image, Extended::into_image))
 }

@@ -1,4 +1,8 @@
-/** An 8-bit RGBA image in row-major order, such as an `ImageData`. The alpha of inputs is ignored. */
+/**
+ * An 8-bit RGBA image in row-major order, such as an `ImageData`. Pixels of a photo with an alpha below 128 are not there: they take
+ * part in nothing, whatever colour is beneath. All others are opaque. Missing pixels that hang together with the photo's border are where it ends,
+ * others are holes: the mosaic shows another photo there, or has a void to be filled.
+ */
 export interface ImageInput {
   readonly data: Uint8ClampedArray | Uint8Array;
   readonly width: number;
@@ -365,7 +369,7 @@ export interface Warped {
 /** The two images on one canvas. */
 export interface Mosaic {
   mosaic: ImageOutput;
-  /** Pixels inside the target's footprint that neither image covers. */
+  /** Pixels inside the target's footprint, or in holes of the reference, that neither image covers. */
   voidMask: Mask;
   /** The image that each pixel comes from: 0 none, 1 the target, 2 the reference, 3 both. */
   seam: Mask;

@@ -1,6 +1,6 @@
 //! The search from small images to full size: each level searches around the corrections of the coarser one.
 
-use super::census::{HALF, LABELS, Search};
+use super::census::{HALF, LABELS, RADIUS, Search};
 use super::consistency::{INSIDE, Map, consistent, reliable};
 use super::epipolar_line::EpipolarLines;
 use super::extrapolation::extrapolated;
@@ -139,11 +139,14 @@ fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
 /// With `keep_matches`, and unless few are reliable, pixels inside the other photo keep what was found.
 fn check_and_extrapolate(sides: &mut [Side<'_>; 2], level: usize, keep_matches: bool) -> Result<()> {
     let scale = 1 << level;
-    let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
+    let near_missing = |side: &Side<'_>| side.pyramid[level].near_missing(RADIUS);
+    let missing = [near_missing(&sides[0])?, near_missing(&sides[1])?];
+    let [a, b] = [(&sides[0], &missing[0]), (&sides[1], &missing[1])].map(|(side, missing)| Map {
         depth: &side.depth,
         width: side.pyramid[level].width,
         scale,
         model: side.lines.model,
+        missing: missing.as_deref(),
     });
     let marks = [consistent(&a, &b)?, consistent(&b, &a)?];
     for (side, marks) in sides.iter_mut().zip(marks) {

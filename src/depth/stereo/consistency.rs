@@ -10,6 +10,14 @@ pub(super) struct Map<'a> {
     pub width: usize,
     pub scale: usize,
     pub model: &'a Model,
+    /// Pixels whose window touches one that is not there, if any does.
+    pub missing: Option<&'a [bool]>,
+}
+
+impl Map<'_> {
+    fn is_missing(&self, at: usize) -> bool {
+        self.missing.is_some_and(|missing| missing.get(at) == Some(&true))
+    }
 }
 
 /// How far from itself a pixel may come back, in pixels of the map, along and across the epipolar line: depth only moves it
@@ -20,14 +28,16 @@ const TOLERANCE: [f64; 2] = [1.0, 4.0];
 pub(super) const INSIDE: u8 = 1;
 pub(super) const CONSISTENT: u8 = 255;
 
-/// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`].
+/// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`]; not where one of them is not there.
 pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
     let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;
     let mut marks: Vec<u8> = zeroed(own.depth.len())?;
     for (y, (marks, depths)) in marks.chunks_exact_mut(own.width).zip(own.depth.chunks_exact(own.width)).enumerate() {
+        let row = y * own.width;
         let y = y as f64 * scale + middle;
         for (x, (mark, &d)) in marks.iter_mut().zip(depths).enumerate() {
+            let at = row + x;
             let x = x as f64 * scale + middle;
             let [u, v, w] = own.model.transform(x, y, f64::from(d));
             let third = if w > 0.0 { 1.0 / w } else { continue };
@@ -36,7 +46,11 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
             if !(bu >= 0.0 && bv >= 0.0 && bu < other.width as f64) {
                 continue;
             }
-            let Some(&there) = other.depth.get(bv as usize * other.width + bu as usize) else { continue };
+            let place = bv as usize * other.width + bu as usize;
+            let Some(&there) = other.depth.get(place) else { continue };
+            if own.is_missing(at) || other.is_missing(place) {
+                continue;
+            }
             *mark = INSIDE;
             let [bx, by, bw] = other.model.transform(u, v, f64::from(there));
             let third = if bw > 0.0 { 1.0 / bw } else { continue };

@@ -2,9 +2,11 @@
 
 use wide::{i16x8, i32x4};
 
-use crate::image::zeroed;
+use crate::distance::{STRAIGHT, distance};
+use crate::image::{filled, zeroed};
 use crate::lanes::BYTE_LANES;
 use crate::luma::rec601_level;
+use crate::transparency::missing;
 use crate::{ImageView, Result};
 
 /// Pixels beyond the left border that repeat it, and at least as many beyond the right, so that windows need no bounds.
@@ -15,6 +17,8 @@ pub(super) const FRACTION: i32 = 12;
 /// Luma with a margin.
 pub(super) struct Gray {
     data: Vec<u8>,
+    /// Pixels that are not there, without a margin; `None` where all are.
+    missing: Option<Vec<bool>>,
     pub width: usize,
     pub height: usize,
     pub stride: usize,
@@ -25,14 +29,25 @@ impl Gray {
     pub fn new(image: &ImageView<'_>) -> Result<Self> {
         let (width, height) = image.size();
         let mut rows = image.pixels().chunks_exact(width);
-        Self::filled(width, height, |_, out| {
+        let gray = Self::filled(width, height, |_, out| {
             let row = rows.next().unwrap_or_default();
             out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = rec601_level(pixel));
-        })
+        })?;
+        Ok(Self { missing: missing(*image)?, ..gray })
     }
 
-    /// Half the size: means of 2×2 pixels.
+    /// Half the size: means of 2×2 pixels, not there where one of them is not.
     pub fn half(&self) -> Result<Self> {
+        let half = Self::halved_values(self)?;
+        let Some(missing) = &self.missing else { return Ok(half) };
+        let mut halved = filled(half.width * half.height, false)?;
+        for (at, _) in missing.iter().enumerate().filter(|(_, missing)| **missing) {
+            halved[at / self.width / 2 * half.width + at % self.width / 2] = true;
+        }
+        Ok(Self { missing: Some(halved), ..half })
+    }
+
+    fn halved_values(&self) -> Result<Self> {
         Self::filled(self.width.div_ceil(2), self.height.div_ceil(2), |y, out| {
             let (above, below) = (self.row(2 * y as isize), self.row(2 * y as isize + 1));
             let pairs = above[MARGIN..].chunks_exact(2).zip(below[MARGIN..].chunks_exact(2));
@@ -50,7 +65,30 @@ impl Gray {
             fill(y, &mut row[MARGIN..MARGIN + width]);
             pad(row, width);
         }
-        Ok(Self { data, width, height, stride })
+        Ok(Self { data, missing: None, width, height, stride })
+    }
+
+    /// Whether any pixel is not there.
+    pub fn is_masked(&self) -> bool {
+        self.missing.is_some()
+    }
+
+    /// Whether the pixel nearest to a place is one that is not there; outside of the frame none is.
+    pub fn is_missing(&self, [x, y]: [f32; 2]) -> bool {
+        let Some(missing) = &self.missing else { return false };
+        let [x, y] = [x, y].map(|v| (v + 0.5).floor());
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
+        inside && missing[y as usize * self.width + x as usize]
+    }
+
+    /// Pixels at most so many away from one that is not there; `None` where all are there.
+    pub fn near_missing(&self, pixels: usize) -> Result<Option<Vec<bool>>> {
+        let Some(missing) = &self.missing else { return Ok(None) };
+        let distances = distance(missing.len(), self.width, &|at| missing[at])?;
+        let mut near = filled(missing.len(), false)?;
+        let most = pixels as u32 * STRAIGHT;
+        near.iter_mut().zip(distances).for_each(|(near, distance)| *near = u32::from(distance) <= most);
+        Ok(Some(near))
     }
 
     /// Row `y`, clamped to the frame; pixel x is at `MARGIN + x`.

@@ -1,10 +1,14 @@
 //! The level lines of a smoothed and reduced photo (sections 2.1 to 2.3 of the paper).
 
 use super::LineSegmentOptions;
+use crate::distance::STRAIGHT;
 use crate::features::luma::{Luma, luma};
 use crate::image::{reserve, zeroed};
+use crate::transparency::distance_to_missing;
 use crate::{ImageView, Result};
 
+/// Pixels of the reduced photo from one that is not there within which nothing has a direction: the smoothing reaches as far.
+const MARGIN: f64 = 3.0;
 /// Bins of the pseudo-ordering by gradient.
 const BINS: usize = 1024;
 
@@ -39,7 +43,24 @@ impl LevelLines {
                 }
             }
         }
-        Ok(Self { width, height, directions, magnitudes })
+        let mut found = Self { width, height, directions, magnitudes };
+        found.drop_missing(image, options.scale)?;
+        Ok(found)
+    }
+
+    /// Leaves no direction where the photo is not there, nor next to that: it would be that of the mask's outline.
+    fn drop_missing(&mut self, image: ImageView<'_>, scale: f64) -> Result<()> {
+        let Some(distances) = distance_to_missing(image)? else { return Ok(()) };
+        let least = ((MARGIN / scale) * f64::from(STRAIGHT)) as u16;
+        // A gradient belongs to the middle of the four pixels that it was computed from.
+        let place = |i: usize, side: usize| (((i + 1) as f64 / scale) as usize).min(side - 1);
+        for i in 0..self.magnitudes.len() {
+            let (x, y) = (place(i % self.width, image.width()), place(i / self.width, image.height()));
+            if distances[y * image.width() + x] < least {
+                (self.directions[i], self.magnitudes[i]) = ([0.0; 2], 0.0);
+            }
+        }
+        Ok(())
     }
 
     /// Pixels with a direction, steepest first (in bins, as a full order changes nothing).

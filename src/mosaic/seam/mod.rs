@@ -44,7 +44,7 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
     let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
     let size = reference.photo.size();
-    let own = if reference.masked {
+    let own = if reference.photo.is_masked() {
         Some(distance(seam.data().len(), width, &|i| seam.data()[i] & REFERENCE == 0)?)
     } else {
         None

@@ -6,6 +6,7 @@ use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::picture::Picture;
 use super::result::{Photo, PhotoCode, PhotoReport};
+use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::observer::{Observer, report};
@@ -44,7 +45,8 @@ pub struct ManyAlignment {
 pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<ManyAlignment> {
     check(photos, options)?;
     let mut timer = StageTimer::start(observer);
-    align_timed(photos, options, observer, &mut timer)
+    let visible = VisiblePhotos::of(photos)?;
+    align_timed(&visible.photos(photos), options, observer, &mut timer)
 }
 
 pub(super) fn align_timed(
@@ -143,7 +145,11 @@ pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Resul
             return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
         }
     }
-    check_sizes(photos.iter().map(|photo| photo.image.size()), options)
+    let mut budget = check_sizes(photos.iter().map(|photo| photo.image.size()), options)?;
+    let masked = photos.iter().map(|photo| photo.image).filter(ImageView::is_masked);
+    masked.for_each(|image| budget.add_masked(image.size()));
+    budget.check((0, 0))?;
+    Ok(budget)
 }
 
 /// As [`check`], by the photos' sizes alone.

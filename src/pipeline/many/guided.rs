@@ -3,7 +3,9 @@
 
 use super::depth::{PhotoDepth, prior};
 use super::graph::{FEWEST, PhotoPair};
-use crate::features::{Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, luma, match_guided, matches_of};
+use crate::features::{
+    Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, match_guided, matches_of, visible_luma,
+};
 use crate::geometry::{Model, ModelKind, MultiView, PairLink, Sight};
 use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
@@ -71,7 +73,7 @@ pub(super) fn refine(
             Some(link) => {
                 let other = link.photos[usize::from(link.photos[0] == photo)];
                 let depth = prior(&geometry.samples(photo, other), *image, &mut portion)?;
-                Some((luma(*image, image.size())?, depth))
+                Some((visible_luma(*image)?, depth))
             }
             None => None,
         });

@@ -32,8 +32,15 @@ impl<'a> Budget<'a> {
                 second = size;
             }
         }
-        let job = Job { photos: [first, second], depth: [false; 2], matches: false };
+        let job = Job { photos: [first, second], depth: [false; 2], matches: false, masked: [false; 2] };
         Self { memory: Memory::of(job, options), largest: first, held, limit: options.warp.max_bytes }
+    }
+
+    /// Of what is held of a photo that is not there everywhere: a copy, and distances.
+    pub fn add_masked(&mut self, (width, height): (usize, usize)) {
+        const MASKED: u64 = 4 + 2;
+        let pixels = (width as u64).saturating_mul(height as u64);
+        self.held = self.held.saturating_add(pixels.saturating_mul(MASKED));
     }
 
     /// Refuses what would take more than is allowed with this canvas.

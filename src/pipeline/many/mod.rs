@@ -13,6 +13,7 @@ pub(crate) mod memory;
 mod picture;
 mod result;
 mod view;
+mod visible;
 
 pub use align::{ManyAlignment, align_many};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
@@ -31,6 +32,7 @@ use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
 use memory::Budget;
+use visible::VisiblePhotos;
 
 /// Bounds that nothing lies beyond.
 const EVERYTHING: [i64; 4] = [i64::MIN / 4, i64::MIN / 4, i64::MAX / 4, i64::MAX / 4];
@@ -47,15 +49,17 @@ pub struct ManyOptions {
 
 /// Stitches photos of one scene, taken from wherever, in any order.
 ///
-/// Photos that do not belong, or cannot be shown, are left out, and [`StitchedMany::photos`] says why.
+/// Pixels that are not there ([`ImageView`](crate::ImageView)) take part in nothing. Photos that do not belong, or cannot be shown, are left out, and [`StitchedMany::photos`] says why.
 ///
 /// # Errors
-/// Those of [`align_many`]; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and
+/// Those of [`align_many`], `invalid-argument` for a photo that is nowhere there; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and
 /// [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
     let budget = align::check(photos, options)?;
     let stages = &options.stages;
     let mut timer = StageTimer::start(observer);
+    let visible = VisiblePhotos::of(photos)?;
+    let photos = &visible.photos(photos)[..];
     let alignment = align_timed(photos, options, observer, &mut timer)?;
     let ManyAlignment { reference, order, .. } = &alignment;
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
@@ -136,7 +140,6 @@ impl Painting<'_> {
         let job = WarpJob {
             target: View { image: photos[photo].image, depth: self.alignment.depth(photo) },
             reference: View { image: base.view(), depth: Some(&depth) },
-            masked: true,
             forward: &forward,
             reverse: &reverse,
             screen: picture.screen_at(at),

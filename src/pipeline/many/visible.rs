@@ -1,0 +1,24 @@
+//! What is there of many photos.
+
+use super::result::Photo;
+use crate::transparency::Extended;
+use crate::{Result, View};
+
+/// Photos of which all that is not there has been replaced; `None` where all is there.
+pub(super) struct VisiblePhotos(Vec<Option<Extended>>);
+
+impl VisiblePhotos {
+    pub fn of(photos: &[Photo<'_>]) -> Result<Self> {
+        let extended =
+            |(i, photo): (usize, &Photo<'_>)| Extended::of(View { image: photo.image, depth: None }, "photos", Some(i));
+        photos.iter().enumerate().map(extended).collect::<Result<_>>().map(Self)
+    }
+
+    /// Of those `given`.
+    pub fn photos<'a>(&'a self, given: &[Photo<'a>]) -> Vec<Photo<'a>> {
+        let photos = self.0.iter().zip(given);
+        let image =
+            |extended, photo: &Photo<'a>| Extended::view(extended, View { image: photo.image, depth: None }).image;
+        photos.map(|(extended, photo)| Photo { image: image(extended, photo), ..*photo }).collect()
+    }
+}
