@@ -302,7 +302,7 @@ export const OPTIONS = {
     default: "auto",
     label: "Projection",
     description:
-      "What three or more images are shown on: the reference's image plane, a cylinder or a sphere with a level horizon, or whichever suits the field of view.",
+      "What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is the plane for two images, and whatever suits the field of view for more.",
   },
 
   exposure: {

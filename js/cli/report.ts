@@ -30,6 +30,7 @@ export function report(
     crop: result.crop,
     gains: result.gains,
     canvas: { width, height, offset: result.offset, clipped: result.clipped },
+    projection: result.projection,
     voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
     quality: result.quality,
     times: result.times,

@@ -7,7 +7,7 @@
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
 use crate::mosaic::{Blending, FillMethod};
-use crate::warp::WarpMode;
+use crate::warp::{Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
 
 /// Width and height in pixels.
@@ -154,10 +154,14 @@ impl<'a> Memory<'a> {
         (two_view || self.job.depth == [true; 2], two_view && none)
     }
 
-    /// Maps and masks that the pipeline itself holds from the depth stage on.
+    /// Maps and masks that the pipeline itself holds from the depth stage on, and the reference as it is projected.
     fn maps(&self) -> u64 {
         let [target, reference] = self.photos();
-        match self.parallax() {
+        let projected = match self.options.projection {
+            None | Some(Projection::Plane) => 0,
+            Some(_) => reference.saturating_mul(RGBA + MAP + MASK),
+        };
+        projected.saturating_add(match self.parallax() {
             (false, _) => 0,
             _ if self.options.refine.is_some() => {
                 self.both().saturating_mul(MAP).saturating_add(reference.saturating_mul(MASK))
@@ -169,7 +173,7 @@ impl<'a> Memory<'a> {
                 .filter(|(_, given)| !given)
                 .map(|(n, _)| MAP * n)
                 .sum(),
-        }
+        })
     }
 
     fn detection(&self) -> u64 {

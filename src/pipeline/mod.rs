@@ -19,7 +19,9 @@ pub mod many;
 mod memory;
 mod models;
 mod options;
+mod picture;
 mod prediction;
+mod projected;
 mod timer;
 mod visible;
 
@@ -35,11 +37,12 @@ pub use options::{Mode, Options, WithoutDepth};
 use crate::geometry::{Estimate, Match};
 use crate::metrics::{Quality, quality};
 use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
-use crate::observer::{Observer, report};
+use crate::observer::{Observer, Portion, report};
 use crate::report::Warning;
-use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
-use crate::{InverseDepth, Rect, Result, Stage, View};
+use crate::warp::{Projection, WarpJob, WarpOptions, Warped, warp_within};
+use crate::{Image, InverseDepth, Rect, Result, Stage, View};
 use align::align_timed;
+use projected::ProjectedReference;
 use timer::StageTimer;
 use visible::VisiblePair;
 
@@ -47,6 +50,9 @@ use visible::VisiblePair;
 const POOR_SSIM: f64 = 0.35;
 /// Below this share of the reference the overlap says little about the alignment.
 const SMALL_COVERAGE: f64 = 0.05;
+
+/// How much of the warp is that of the reference, about, where both photos are projected.
+const PROJECTING: f32 = 0.3;
 
 /// Rectangles of the mosaic; `None` only where nothing is valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +76,11 @@ pub struct Stitched {
     pub warped: Warped,
     /// Both photos together, voids filled if asked for.
     pub mosaic: Mosaic,
+    /// What both are shown on.
+    pub projection: Projection,
+    /// Unless that is the plane, the reference as it is shown, transparent elsewhere: [`Warped::offset`] is the position of its top left
+    /// pixel, and it takes the photo's place wherever the mosaic or the warped target is compared with the reference.
+    pub projected_reference: Option<Image>,
     /// How the mosaic can be cropped.
     pub crops: Crops,
     /// Agreement over the overlap.
@@ -102,17 +113,29 @@ pub fn stitch(
     let (matches, views) = (visible.matches(matches), visible.views(views));
     let [_, reference] = views;
     let alignment = align_timed(matches, views, options, observer, &mut timer)?;
-    let warped = warp_aligned(&alignment, views, options, &memory, observer)?;
+    let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
+    let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
+    let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;
+    let from = if projected.is_some() { PROJECTING } else { 0.0 };
+    let warping = &mut Portion::new(observer, from, 1.0);
+    let warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
-    let mut mosaic = blend(&warped, reference.image, alignment.reliable.as_ref(), &options.blend, observer)?;
+    let (shown, reliable) = match &projected {
+        Some(projected) => (projected.view(), projected.reliable.as_ref()),
+        None => (alignment.views(target, reference)[1], alignment.reliable.as_ref()),
+    };
+    let mut mosaic = blend(&warped, shown.image, reliable, &options.blend, observer)?;
     timer.end(Stage::Blend, observer);
     report(observer, Stage::Measure, 0.0)?;
-    let quality = quality(&warped, reference.image, mosaic.gains)?;
+    let quality = quality(&warped, shown.image, mosaic.gains)?;
     timer.end(Stage::Measure, observer);
-    let crops = fill_and_crop(&mut mosaic, &warped, &alignment, reference, options, observer)?;
+    let guide = fill_guide(&warped, &alignment, projected.as_ref(), shown, options)?;
+    let crops = fill_and_crop(&mut mosaic, guide.as_ref(), options, observer)?;
     timer.end(Stage::Fill, observer);
 
     let warnings = warnings(&alignment.geometry, &warped, &quality);
+    let projection = projected.as_ref().map_or(Projection::Plane, |projected| projected.projection);
+    let projected_reference = projected.map(ProjectedReference::into_image);
     let Alignment { geometry, depth, matches, .. } = alignment;
     Ok(Stitched {
         matches,
@@ -120,6 +143,8 @@ pub fn stitch(
         depth: depth.map(|map| map.filter(|_| options.output_depth).map(Cow::into_owned)),
         warped,
         mosaic,
+        projection,
+        projected_reference,
         crops,
         quality,
         warnings,
@@ -127,9 +152,10 @@ pub fn stitch(
     })
 }
 
-/// Renders the target by an alignment.
+/// Renders the target by an alignment, next to the reference as it is or as it is `projected`.
 fn warp_aligned(
     alignment: &Alignment<'_>,
+    projected: Option<&ProjectedReference>,
     [target, reference]: [View<'_>; 2],
     options: &Options,
     memory: &Memory<'_>,
@@ -143,23 +169,42 @@ fn warp_aligned(
         depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
-    let job = WarpJob::new([target, reference], forward, reverse);
+    let job = match projected {
+        None => WarpJob::new([target, reference], forward, reverse),
+        Some(projected) => {
+            let [forward, reverse] = &projected.models;
+            let screen = Some(projected.screen);
+            WarpJob { target, reference: projected.view(), forward, reverse, screen }
+        }
+    };
     warp_within(&job, &options, &|canvas| memory.check(canvas), observer)
+}
+
+/// What tells background from foreground where voids are to be filled, next to the reference as it is `shown`.
+fn fill_guide(
+    warped: &Warped,
+    alignment: &Alignment<'_>,
+    projected: Option<&ProjectedReference>,
+    shown: View<'_>,
+    options: &Options,
+) -> Result<Option<FillGuide>> {
+    if options.fill.is_none() {
+        return Ok(None);
+    }
+    let guide = FillGuide::new(warped, &alignment.geometry.forward, shown)?;
+    // On a screen parallax is along curves.
+    Ok(guide.map(|guide| if projected.is_some() { FillGuide { epipole: [0.0; 3], ..guide } } else { guide }))
 }
 
 /// Fills the voids of the mosaic, if asked for, and finds its rectangles.
 fn fill_and_crop(
     mosaic: &mut Mosaic,
-    warped: &Warped,
-    alignment: &Alignment<'_>,
-    reference: View<'_>,
+    guide: Option<&FillGuide>,
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Crops> {
     if let Some(options) = &options.fill {
-        let [_, reference] = alignment.views(reference, reference);
-        let guide = FillGuide::new(warped, &alignment.geometry.forward, reference)?;
-        fill(&mut mosaic.image, &mosaic.voids, guide.as_ref(), options, observer)?;
+        fill(&mut mosaic.image, &mosaic.voids, guide, options, observer)?;
     }
     Ok(Crops { inner: crop::inner(&mosaic.image)?, bounds: crop::bounds(&mosaic.image) })
 }

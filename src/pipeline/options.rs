@@ -39,8 +39,8 @@ pub struct Options {
     pub refine: Option<RefineOptions>,
     /// Rendering.
     pub warp: WarpOptions,
-    /// What many photos are shown on; `None` for what suits the field of view. On a plane the reference stays as it is, as it always
-    /// does of two photos. Photos of which only homographies are known are always shown on a plane.
+    /// What photos are shown on; `None` for the plane of the reference with two photos, and with more for whatever suits the field of
+    /// view. On a plane the reference stays as it is. Photos of a flat scene, whose cameras are not known, are always shown on a plane.
     pub projection: Option<Projection>,
     /// Exposure, seam and blending.
     pub blend: BlendOptions,

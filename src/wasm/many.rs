@@ -12,7 +12,6 @@ use super::{inputs, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
-use crate::warp::Projection;
 use crate::{Image, Result, Stage};
 
 /// Any number of photos.
@@ -93,12 +92,7 @@ fn result(done: &StitchedMany, input_time: f64) -> JsValue {
         MultiViewKind::Homographies => "homographies",
     };
     put(&result, "geometry", geometry.into());
-    let projection = match done.projection {
-        Projection::Plane => "plane",
-        Projection::Cylinder => "cylinder",
-        Projection::Sphere => "sphere",
-    };
-    put(&result, "projection", projection.into());
+    put(&result, "projection", results::projection(done.projection));
     put(&result, "photos", done.photos.iter().map(photo).collect::<Array>().into());
     let pairs = done.pairs.iter().map(|pair| {
         let object = results::numbers(&[("matches", pair.matches as f64), ("inliers", pair.inliers as f64)]);

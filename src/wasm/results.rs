@@ -12,7 +12,7 @@ use crate::image::marked;
 use crate::metrics::Quality;
 use crate::pipeline::Crops;
 use crate::report::Warning;
-use crate::warp::Warped;
+use crate::warp::{Projection, Warped};
 use crate::{Image, InverseDepth, Mask, Rect, Stage};
 
 /// An object of numbers.
@@ -96,6 +96,15 @@ pub(super) fn add_warped(to: &JsValue, warped: &Warped) {
     }
     put(to, "offset", numbers(&[("x", warped.offset.0 as f64), ("y", warped.offset.1 as f64)]));
     put(to, "clipped", warped.clipped.into());
+}
+
+pub(super) fn projection(projection: Projection) -> JsValue {
+    let name = match projection {
+        Projection::Plane => "plane",
+        Projection::Cylinder => "cylinder",
+        Projection::Sphere => "sphere",
+    };
+    name.into()
 }
 
 /// Adds the fields of `Mosaic` to `to`.

@@ -57,6 +57,10 @@ pub fn stitch(
         results::add_geometry(&result, &done.geometry, &done.warnings);
         results::add_warped(&result, &done.warped);
         results::add_mosaic(&result, &done.mosaic);
+        put(&result, "projection", results::projection(done.projection));
+        if let Some(reference) = &done.projected_reference {
+            put(&result, "projectedReference", results::image(reference));
+        }
         put(&result, "crop", results::crops(&done.crops));
         if options.output_depth {
             results::add_depth(&result, &done.depth);

@@ -191,8 +191,8 @@ export interface Options {
    */
   canvasLimit: number;
   /**
-   * What three or more images are shown on: the reference's image plane, a cylinder or a sphere
-   * with a level horizon, or whichever suits the field of view. Default: auto.
+   * What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is the
+   * plane for two images, and whatever suits the field of view for more. Default: auto.
    */
   projection: "auto" | "plane" | "cylinder" | "sphere";
   /**
@@ -413,6 +413,13 @@ export interface Alignment extends Geometry {
 
 /** Everything that `stitch` returns. */
 export interface StitchResult extends Warped, Mosaic, Geometry {
+  /** What both photos are shown on. */
+  projection: "plane" | "cylinder" | "sphere";
+  /**
+   * Unless `projection` is `"plane"`, the reference as it is shown, transparent elsewhere: `offset` is the position of its top left
+   * pixel, and it takes the photo's place wherever the mosaic or the warped target is compared with the reference.
+   */
+  projectedReference?: ImageOutput;
   /** Rectangles of the mosaic: the largest one without transparent pixels, and the bounding box. */
   crop: { inner: Rect | null; bounds: Rect | null };
   /** xt, yt, xr, yr of every match, given or found; `inliers` has one flag each. */

@@ -5,7 +5,7 @@ import { defaultOptions, detect } from "depthstitch";
 import { OPTION_LIST } from "depthstitch/options";
 import { rejection } from "./sample.mjs";
 
-const image = { data: new Uint8Array(4 * 32 * 32), width: 32, height: 32 };
+const image = { data: new Uint8Array(4 * 32 * 32).fill(255), width: 32, height: 32 };
 
 /** Whether the core accepts a value: options are checked before anything else. @param {object} options */
 const accepts = (options) =>

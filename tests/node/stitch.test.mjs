@@ -195,3 +195,21 @@ test("fillMaxWidth says which voids are too wide to be filled", async () => {
   assert.equal(all, 0);
   assert.ok(narrow > 0, "the widest stay empty");
 });
+
+test("two photos are shown on a cylinder if asked for, and compared there", async () => {
+  const { target, reference, inputs } = await sample();
+  const plane = await stitch(target, reference, inputs);
+  assert.equal(plane.projection, "plane");
+  assert.ok(!("projectedReference" in plane));
+  const result = await stitch(target, reference, { ...inputs, projection: "cylinder" });
+  assert.equal(result.projection, "cylinder");
+  const shown = result.projectedReference;
+  assert.ok(shown);
+  assert.ok(result.offset.x + shown.width <= result.mosaic.width);
+  assert.ok(result.offset.y + shown.height <= result.mosaic.height);
+  assert.ok(shown.data.some((value, i) => i % 4 === 3 && value === 0));
+  const quality = await measure(result, shown, { gains: result.gains });
+  assert.deepEqual(quality, result.quality);
+  assert.ok(quality.psnrMask > plane.quality.psnrMask - 1, `${quality.psnrMask} dB`);
+  assert.ok(Math.abs(quality.coverage - plane.quality.coverage) < 0.1, `${quality.coverage}`);
+});

@@ -19,6 +19,9 @@ use crate::statistics::median;
 const CONTRADICTION: f64 = 0.12;
 /// A match counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
 const EXPLAINED: f64 = 0.0019;
+/// Cameras that only turned and explain this share of what homographies do may say what to show photos on: those of photos that did turn
+/// explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
+const ROUGHLY: f64 = 0.7;
 /// A photo needs so many exact places to be adjusted to them alone.
 const FEWEST_EXACT: usize = 20;
 
@@ -49,7 +52,12 @@ pub struct MultiView {
 #[derive(Debug, Clone)]
 enum Solved {
     Scene(Box<Scene>),
-    Chain(Chain, Vec<PairLink>),
+    Chain {
+        chain: Chain,
+        links: Vec<PairLink>,
+        /// Cameras that turned, if they explain about as much.
+        turned: Option<Box<Scene>>,
+    },
 }
 
 /// A point that two photos show.
@@ -107,7 +115,10 @@ fn choose(
     match grown {
         Some(scene) if explained[0] > explained[2] => (MultiViewKind::Cameras, Solved::Scene(Box::new(scene))),
         _ if explained[1] >= 0.9 * explained[2] => (MultiViewKind::Rotations, Solved::Scene(Box::new(turned))),
-        _ => (MultiViewKind::Homographies, Solved::Chain(chain, links.to_vec())),
+        _ => {
+            let turned = (explained[1] >= ROUGHLY * explained[2]).then(|| Box::new(turned));
+            (MultiViewKind::Homographies, Solved::Chain { chain, links: links.to_vec(), turned })
+        }
     }
 }
 
@@ -190,39 +201,38 @@ impl MultiView {
     pub fn is_placed(&self, photo: usize) -> bool {
         match &self.solved {
             Solved::Scene(scene) => scene.cameras[photo].is_some(),
-            Solved::Chain(chain, _) => chain.to_root[photo].is_some(),
+            Solved::Chain { chain, .. } => chain.to_root[photo].is_some(),
         }
     }
 
-    /// The camera of a photo; `None` without a place, and with homographies.
+    /// The cameras; with homographies those that explain them roughly, if there are any.
+    fn cameras(&self) -> Option<&Scene> {
+        match &self.solved {
+            Solved::Scene(scene) => Some(scene),
+            Solved::Chain { turned, .. } => turned.as_deref(),
+        }
+    }
+
+    /// The camera of a photo; `None` without a place. With homographies it is an approximation, if there is one.
     pub fn camera(&self, photo: usize) -> Option<Camera> {
-        match &self.solved {
-            Solved::Scene(scene) => scene.cameras[photo],
-            Solved::Chain(..) => None,
-        }
+        self.cameras()?.cameras[photo]
     }
 
-    /// The focal length of a photo in pixels; `None` with homographies.
+    /// The focal length of a photo in pixels; as [`MultiView::camera`].
     pub fn focal(&self, photo: usize) -> Option<f64> {
-        match &self.solved {
-            Solved::Scene(scene) => Some(scene.focal(photo) * scene.diagonals[photo]),
-            Solved::Chain(..) => None,
-        }
+        self.cameras().map(|scene| scene.focal(photo) * scene.diagonals[photo])
     }
 
-    /// From rays in a camera's axes to its photo's pixels, and back; `None` with homographies.
+    /// From rays in a camera's axes to its photo's pixels, and back; as [`MultiView::camera`].
     pub fn calibration(&self, photo: usize) -> Option<[Matrix3<f64>; 2]> {
-        match &self.solved {
-            Solved::Scene(scene) => Some(self.lenses[photo].calibration(scene.focal(photo))),
-            Solved::Chain(..) => None,
-        }
+        self.cameras().map(|scene| self.lenses[photo].calibration(scene.focal(photo)))
     }
 
     /// The map from one photo to another, in pixels, d being 1/z in the cameras' unit. `None` unless both have a place.
     pub fn model(&self, photos: [usize; 2]) -> Option<Model> {
         match &self.solved {
             Solved::Scene(scene) => scene.model(&self.lenses, photos),
-            Solved::Chain(chain, _) => {
+            Solved::Chain { chain, .. } => {
                 let [from, to] = photos.map(|photo| &self.lenses[photo]);
                 Some(Model::homography(to.to_pixels() * (chain.between(photos)? * from.to_centred())))
             }
@@ -264,7 +274,7 @@ impl MultiView {
                     }
                 }
             }
-            Solved::Chain(_, links) => {
+            Solved::Chain { links, .. } => {
                 for link in links.iter().filter(|link| link.photos.contains(&photo)) {
                     let Some(model) = self.model(link.photos) else { continue };
                     errors.extend(link.matches.iter().filter_map(|m| model.transfer_error(m.target, 0.0, m.reference)));

@@ -23,6 +23,7 @@ mod tracks;
 
 pub use choice::{MultiView, MultiViewKind, Sight, multi_view};
 pub use scene::Camera;
+pub(crate) use self_calibration::pair_focal;
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 
 use super::{Lens, PairLink};
 use crate::geometry::eigen::eigenpairs;
-use crate::geometry::{Model, ModelKind};
+use crate::geometry::{Match, Model, ModelKind};
 use crate::rect::diagonal;
 
 /// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
@@ -66,6 +66,15 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
         }
     }
     Focal { shares: vec![1.0; lenses.len()], value: best.1, prior: LOG_FOCAL }
+}
+
+/// The focal length in pixels of the second of two photos, taken with the same lens, by the `model` from the first to it.
+pub(crate) fn pair_focal(sizes: [(usize, usize); 2], model: &Model, kind: ModelKind, matches: &[Match]) -> f64 {
+    let lenses = sizes.map(|size| Lens { size, focal: None });
+    // With any depth the epipolar geometry is the same; the infinite homography is not known.
+    let kind = if kind == ModelKind::Homography { kind } else { ModelKind::TwoView };
+    let link = PairLink { photos: [0, 1], features: Vec::new(), matches: matches.to_vec(), model: *model, kind };
+    calibrate(&lenses, &[link]).value * diagonal(sizes[1])
 }
 
 /// The homography of centred coordinates in calibrated ones, K'⁻¹ H K, of focal lengths in diagonals.

@@ -4,7 +4,7 @@ use super::depth::{PhotoDepth, depths};
 use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
 use super::guided::{more_matches, refine};
 use super::memory::Budget;
-use super::picture::Picture;
+use super::picture::ManyPicture;
 use super::result::{Photo, PhotoCode, PhotoReport};
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
@@ -28,7 +28,7 @@ pub struct ManyAlignment {
     pub codes: Vec<PhotoCode>,
     /// The pairs of photos that were compared.
     pub pairs: Vec<PhotoPair>,
-    pub(super) picture: Picture,
+    pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
 }
@@ -91,7 +91,7 @@ pub(super) fn align_timed(
     let sizes: Vec<(usize, usize)> = lenses.iter().map(|lens| lens.size).collect();
     let plane = stages.projection == Some(Projection::Plane);
     let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry, plane));
-    let picture = Picture::choose(stages.projection, reference, &placed, &sizes, &geometry);
+    let picture = ManyPicture::choose(stages.projection, reference, &placed, &sizes, &geometry);
     let mut used = vec![reference];
     for &photo in placed.iter().filter(|photo| **photo != reference) {
         if view::can_be_shown(&picture, photo, &sizes, &geometry) {
@@ -117,7 +117,8 @@ impl ManyAlignment {
 
     /// What became of a photo so far.
     pub fn report(&self, photo: usize) -> PhotoReport {
-        let camera = self.geometry.camera(photo);
+        let known = self.geometry.kind != MultiViewKind::Homographies;
+        let camera = self.geometry.camera(photo).filter(|_| known);
         PhotoReport {
             code: self.codes[photo],
             camera,

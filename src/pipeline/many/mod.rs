@@ -123,7 +123,7 @@ impl Painting<'_> {
         let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, .. } = *self;
         let sizes: Vec<_> = photos.iter().map(|photo| photo.image.size()).collect();
         let (base, depth, at) = match &self.composition {
-            None if picture.screen.is_none() => return Ok(None),
+            None if picture.is_plane() => return Ok(None),
             None => (Image::transparent(1, 1)?, InverseDepth::constant(0.0, 1, 1)?, [0; 2]),
             // All of it, where it is not clear how much is needed.
             Some(there) => there.part(picture.bounds(photo, &sizes, geometry).unwrap_or(EVERYTHING))?,

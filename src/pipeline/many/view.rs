@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::picture::{Picture, Size, typical_depth};
+use super::picture::{ManyPicture, typical_depth};
 use crate::geometry::{MultiView, PairLink};
+use crate::pipeline::picture::Size;
 use crate::rect::diagonal;
 
 /// A photo that would be enlarged by more than this, in area and at the median, is left out.
@@ -18,7 +19,7 @@ pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView,
     for &photo in candidates {
         let (mut shown, mut farthest) = (0, 0.0f64);
         for &other in candidates.iter().filter(|other| **other != photo) {
-            if !plane || can_be_shown(&Picture::plane(photo), other, sizes, geometry) {
+            if !plane || can_be_shown(&ManyPicture::plane(photo), other, sizes, geometry) {
                 shown += 1;
                 let there = distance(sizes, [other, photo], geometry);
                 farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
@@ -47,8 +48,8 @@ fn distance(sizes: &[Size], [from, to]: [usize; 2], geometry: &MultiView) -> f64
 }
 
 /// Whether a photo can be shown in the picture: it is neither stretched beyond recognition nor, on a plane, far to the side.
-pub(super) fn can_be_shown(picture: &Picture, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
-    if picture.screen.is_none()
+pub(super) fn can_be_shown(picture: &ManyPicture, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
+    if picture.is_plane()
         && let (Some(own), Some(other)) = (geometry.camera(photo), geometry.camera(picture.reference))
     {
         // Between the optical axes.

@@ -44,12 +44,15 @@ export function labelsBitmap(
   );
 }
 
-export function gainBitmap(
-  { result, job }: Outcome,
-  averaged: () => Promise<Rgba>,
-): Promise<GainPicture> {
+/** The second photo as the mosaic shows it. */
+export function shownReference({ job, result }: Outcome): Rgba {
+  return result.projectedReference ?? job.reference;
+}
+
+export function gainBitmap(outcome: Outcome, averaged: () => Promise<Rgba>): Promise<GainPicture> {
+  const { result } = outcome;
   return bitmap(result, "gain", async () => {
-    const { data, width, height } = job.reference;
+    const { data, width, height } = shownReference(outcome);
     const mosaic = await averaged();
     return imageTask("gainPicture", result.warped, mosaic, { data, width, height }, result.offset);
   });

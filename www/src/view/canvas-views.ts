@@ -3,7 +3,7 @@ import { make } from "../dom.js";
 import { percent, size, count } from "../text/numbers.js";
 import { countSet } from "../text/report.js";
 import type { ManyOutcome, Outcome } from "../state.js";
-import { gainBitmap, pictureBitmap, seamBitmap, voidsBitmap } from "./bitmaps.js";
+import { gainBitmap, pictureBitmap, seamBitmap, shownReference, voidsBitmap } from "./bitmaps.js";
 import { checkbox, legend, scale } from "./controls.js";
 import { cropOutline, drawOutline } from "./crop-outline.js";
 import { drawGrid } from "./grid.js";
@@ -70,10 +70,12 @@ export const warpView: View = {
   label: "Aligned first photo",
   group: "steps",
   async open(outcome, view) {
-    const { result, job } = outcome;
+    const { result } = outcome;
     const bitmap = await pictureBitmap(result.warped);
     const extent = canvasExtent(outcome);
-    let [grid, outline] = [true, true];
+    // The grid's lines are straight between its nodes, and a frame is, on a plane only.
+    const plane = result.projection === "plane";
+    let [grid, outline] = [plane, plane];
     return {
       scene: {
         extent,
@@ -81,22 +83,28 @@ export const warpView: View = {
         draw(context, pixel) {
           drawCanvas(context, bitmap, extent);
           if (grid) drawGrid(context, outcome, pixel);
-          const { width, height } = job.reference;
+          const { width, height } = shownReference(outcome);
           if (outline) drawOutline(context, { x: 0, y: 0, width, height }, pixel);
         },
       },
       caption:
-        "The first photo as seen by the camera of the second, with a regular grid that is warped with it. The grid bends where parallax changes; empty areas were occluded in the first photo.",
-      controls: [
-        checkbox("Grid", grid, (on) => {
-          grid = on;
-          view.redraw();
-        }),
-        checkbox("Frame of the second photo", outline, (on) => {
-          outline = on;
-          view.redraw();
-        }),
-      ],
+        "The first photo as seen by the camera of the second" +
+        (plane
+          ? ", with a regular grid that is warped with it. The grid bends where parallax changes; "
+          : "; ") +
+        "empty areas were occluded in the first photo.",
+      controls: !plane
+        ? []
+        : [
+            checkbox("Grid", grid, (on) => {
+              grid = on;
+              view.redraw();
+            }),
+            checkbox("Frame of the second photo", outline, (on) => {
+              outline = on;
+              view.redraw();
+            }),
+          ],
     };
   },
 };

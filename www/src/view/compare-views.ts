@@ -3,7 +3,7 @@ import type { StitchResult } from "depthstitch";
 import { make } from "../dom.js";
 import { isDegenerate, methods } from "../run/methods.js";
 import { decibels, percent, similarity } from "../text/numbers.js";
-import { pictureBitmap } from "./bitmaps.js";
+import { pictureBitmap, shownReference } from "./bitmaps.js";
 import { canvasExtent, drawCanvas } from "./canvas-views.js";
 import { selection } from "./controls.js";
 import type { View, ViewContext } from "./view-types.js";
@@ -177,12 +177,13 @@ export const blinkView: View = {
   label: "Blink",
   group: "result",
   async open(outcome, view) {
-    const { job, result } = outcome;
+    const { result } = outcome;
+    const shown = shownReference(outcome);
     const [warped, reference] = await Promise.all([
       pictureBitmap(result.warped),
-      pictureBitmap(job.reference),
+      pictureBitmap(shown),
     ]);
-    const { width, height } = job.reference;
+    const { width, height } = shown;
     let first = false;
     let timer = 0;
     const names = ["Second photo, the reference", "First photo, aligned"];

@@ -6,6 +6,7 @@ import { jobFor } from "../run/methods.js";
 import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { ManyOutcome, Outcome, Store } from "../state.js";
+import { shownReference } from "./bitmaps.js";
 import { gainView, mosaicView, seamView, voidsView, warpView } from "./canvas-views.js";
 import { blinkView, compareView } from "./compare-views.js";
 import { depthView, matchesView } from "./pair-views.js";
@@ -203,9 +204,12 @@ function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): Vi
     redraw: () => viewer.redraw(),
     offerDepth,
     resultBy: (method, outcome) => computed((call) => resultOf(jobFor(method, outcome), call)),
-    async averaged({ result, job: { reference, options } }) {
-      const plain = { ...options, seam: "none", blending: "average" } as const;
-      const blended = await computed((call) => blend(result, reference, { ...plain, ...call }));
+    async averaged(outcome) {
+      const { result, job } = outcome;
+      const plain = { ...job.options, seam: "none", blending: "average" } as const;
+      const blended = await computed((call) =>
+        blend(result, shownReference(outcome), { ...plain, ...call }),
+      );
       return blended.mosaic;
     },
   };

@@ -1,0 +1,174 @@
+//! What photos are shown on: the reference's own image plane, or a cylinder or sphere around its place, level and centred on
+//! what the photos cover.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geometry::Model;
+use crate::warp::{Projection, Screen, project};
+
+/// On a cylinder while nothing is farther up or down than 45°, where it is stretched by 2: the sine.
+const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// A sphere is level while nothing is farther up or down than 60°, where it is stretched by 2: the sine.
+const MOST_LEVEL: f64 = 0.866;
+/// Points a row and a column of a photo that are looked at.
+const POINTS: usize = 9;
+
+/// Width and height in pixels.
+pub(super) type Size = (usize, usize);
+
+/// Where a photo is in the reference's view.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Placed {
+    pub size: Size,
+    /// To the reference's pixels.
+    pub model: Model,
+    /// The typical inverse depth of what it shows; 0 without parallax.
+    pub depth: f64,
+}
+
+impl Placed {
+    /// The reference itself.
+    pub fn reference(size: Size) -> Self {
+        Self { size, model: Model::homography(Matrix3::identity()), depth: 0.0 }
+    }
+}
+
+/// The reference's camera.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Viewer {
+    /// The calibration matrix K, and its inverse.
+    pub calibration: [Matrix3<f64>; 2],
+    /// In pixels.
+    pub focal: f64,
+    /// Which way is down, in the camera's axes: of length 1.
+    pub down: Vector3<f64>,
+}
+
+impl Viewer {
+    /// A camera held upright, with square pixels and the principal point in the middle.
+    pub fn upright(size: Size, focal: f64) -> Self {
+        let [cx, cy] = [size.0, size.1].map(|side| 0.5 * (side as f64 - 1.0));
+        let own = Matrix3::new(focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0);
+        let inverse = Matrix3::new(1.0, 0.0, -cx, 0.0, 1.0, -cy, 0.0, 0.0, focal) / focal;
+        Self { calibration: [own, inverse], focal, down: Vector3::y() }
+    }
+}
+
+/// The picture's surface.
+#[derive(Debug, Clone)]
+pub(super) struct Picture {
+    /// From the reference's pixels to the rays of the screen, and back.
+    turn: Matrix3<f64>,
+    back: Matrix3<f64>,
+    /// `None`: the reference's own plane.
+    pub screen: Option<Screen>,
+}
+
+impl Picture {
+    /// The reference's own image plane.
+    pub fn plane() -> Self {
+        Self { turn: Matrix3::identity(), back: Matrix3::identity(), screen: None }
+    }
+
+    /// A cylinder or a sphere, or whichever suits the `photos`, of which the `reference` is one.
+    pub fn around(wanted: Option<Projection>, viewer: &Viewer, reference: &Placed, photos: &[Placed]) -> Option<Self> {
+        let Viewer { calibration: [to_pixels, to_rays], focal, down } = *viewer;
+        let mut rays = Vec::new();
+        let mut sum = Vector3::zeros();
+        for Placed { size, model, depth } in photos {
+            for [x, y] in grid(*size) {
+                let ray = unit(to_rays * Vector3::from(model.transform(x, y, *depth)))?;
+                rays.push(ray);
+                sum += ray;
+            }
+        }
+        let highest = rays.iter().map(|ray| ray.dot(&down).abs()).fold(0.0, f64::max);
+        let sphere = match wanted {
+            Some(wanted) => wanted == Projection::Sphere,
+            None => highest > MOST_ON_CYLINDER,
+        };
+        // Where the middle of the picture is, and what is upright there.
+        let across = |v: Vector3<f64>, w: Vector3<f64>| unit(v - w * w.dot(&v));
+        let (ahead, down) = if sphere && highest > MOST_LEVEL {
+            let ahead = unit(sum)?;
+            (ahead, across(down, ahead)?)
+        } else {
+            (across(sum, down).or(across(Vector3::z(), down))?, down)
+        };
+        let rotation = Matrix3::from_columns(&[down.cross(&ahead), down, ahead]);
+        let screen = Screen { sphere, focal, centre: [0.0; 2] };
+        let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
+        let mut found = Self { turn, back, screen: Some(screen) };
+        // The reference's top left is the origin.
+        let [x, y, ..] = found.bounds(reference)?;
+        found.screen = Some(Screen { centre: [-(x as f64), -(y as f64)], ..screen });
+        Some(found)
+    }
+
+    /// What it is.
+    pub fn projection(&self) -> Projection {
+        match self.screen {
+            None => Projection::Plane,
+            Some(screen) if screen.sphere => Projection::Sphere,
+            Some(_) => Projection::Cylinder,
+        }
+    }
+
+    /// The maps from a photo to the rays of the screen, or the pixels of the plane, and back, by those to the reference and back, for a
+    /// picture whose first pixel is at `at`.
+    pub fn models(&self, [forward, reverse]: [&Model; 2], at: [i64; 2]) -> [Model; 2] {
+        let (mut turn, mut back) = (self.turn, self.back);
+        if self.screen.is_none() {
+            let [x, y] = at.map(|v| v as f64);
+            (turn[(0, 2)], turn[(1, 2)], back[(0, 2)], back[(1, 2)]) = (-x, -y, x, y);
+        }
+        [Model { h: turn * forward.h, e: turn * forward.e }, Model { h: reverse.h * back, e: reverse.e }]
+    }
+
+    /// The screen of a picture whose first pixel is at `at`.
+    pub fn screen_at(&self, at: [i64; 2]) -> Option<Screen> {
+        let moved = |screen: Screen| Screen { centre: [0, 1].map(|k| screen.centre[k] - at[k] as f64), ..screen };
+        self.screen.map(moved)
+    }
+
+    /// Where a photo's pixels appear.
+    fn place(&self, placed: &Placed) -> impl Fn([f64; 2]) -> Option<[f64; 2]> {
+        let (model, screen) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.screen);
+        let depth = placed.depth;
+        move |point| project(screen.as_ref(), &model, point, depth)
+    }
+
+    /// About where a photo appears: smallest and largest x and y. `None` where part of it is behind the plane.
+    pub fn bounds(&self, photo: &Placed) -> Option<[i64; 4]> {
+        let place = self.place(photo);
+        let mut bounds = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
+        for point in grid(photo.size) {
+            let [x, y] = place(point)?;
+            bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
+        }
+        // The conversion saturates.
+        bounds.iter().all(|v| v.is_finite()).then(|| bounds.map(|v| v.floor() as i64))
+    }
+
+    /// By how much a photo's area grows, at its points; infinite where it is behind the plane or turned over.
+    pub fn areas(&self, photo: &Placed) -> Vec<f64> {
+        let place = self.place(photo);
+        let area = |[x, y]: [f64; 2]| {
+            let (a, b, c) = (place([x, y])?, place([x + 1.0, y])?, place([x, y + 1.0])?);
+            Some((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).filter(|area| *area > 0.0)
+        };
+        grid(photo.size).map(|point| area(point).unwrap_or(f64::INFINITY)).collect()
+    }
+}
+
+/// Points all over a photo, its corners among them.
+fn grid((w, h): Size) -> impl Iterator<Item = [f64; 2]> {
+    let at = |k: usize, side: usize| k as f64 / (POINTS - 1) as f64 * (side as f64 - 1.0);
+    (0..POINTS * POINTS).map(move |k| [at(k % POINTS, w), at(k / POINTS, h)])
+}
+
+/// Scaled to length 1; `None` of nothing.
+pub(super) fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
+    let length = v.norm();
+    (length > 1e-6).then(|| v / length)
+}

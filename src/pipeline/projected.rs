@@ -1,0 +1,141 @@
+//! The reference on a cylinder or a sphere: shown so, it takes the place of the photo.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::align::Alignment;
+use super::memory::Memory;
+use super::options::Options;
+use super::picture::{Picture, Placed, Viewer};
+use crate::geometry::{Estimate, Match, Model, pair_focal};
+use crate::image::{filled, zeroed};
+use crate::observer::Observer;
+use crate::statistics::median;
+use crate::warp::{Projection, Screen, WarpJob, WarpOptions, warp_within};
+use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
+
+/// The reference as it appears on a screen: transparent where it shows nothing.
+pub(super) struct ProjectedReference {
+    image: Image,
+    /// Inverse depth along the rays of the screen; `None` without parallax.
+    depth: Option<InverseDepth>,
+    /// Where its depth is reliable, if that is known.
+    pub reliable: Option<Mask>,
+    /// What it is shown on.
+    pub projection: Projection,
+    /// Where the rays appear in its picture.
+    pub screen: Screen,
+    /// From the target to the rays, and back.
+    pub models: [Model; 2],
+}
+
+impl ProjectedReference {
+    /// `None` where the photos' cameras are not known well enough for a screen, or a plane is asked for.
+    ///
+    /// # Errors
+    /// `too-large`, `out-of-memory`, `aborted`.
+    pub fn of(
+        alignment: &Alignment<'_>,
+        matches: &[Match],
+        [target, reference]: [View<'_>; 2],
+        options: &Options,
+        memory: &Memory<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Self>> {
+        if matches!(options.projection, None | Some(Projection::Plane)) {
+            return Ok(None);
+        }
+        let placed = [placed(alignment, matches, target.image), Placed::reference(reference.image.size())];
+        let viewer = viewer(&alignment.geometry, matches, placed.map(|placed| placed.size), options);
+        let Some(picture) = Picture::around(options.projection, &viewer, &placed[1], &placed) else { return Ok(None) };
+        let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
+        let Estimate { forward, reverse, .. } = &alignment.geometry;
+        let models = picture.models([forward, reverse], at);
+        let Some(screen) = picture.screen_at(at) else { return Ok(None) };
+        let back = Model::homography(picture.models([&Model::homography(Matrix3::identity()); 2], at)[1].h);
+        let reliable = alignment.reliable.as_ref();
+        let [_, reference] = alignment.views(target, reference);
+        let depth = reference.depth.map(|depth| carried_depth(depth, &image, &screen, &back)).transpose()?;
+        let reliable = reliable.map(|mask| carried_mask(mask, &image, &screen, &back)).transpose()?;
+        Ok(Some(Self { image, depth, reliable, projection: picture.projection(), screen, models }))
+    }
+
+    /// It, in place of the photo.
+    pub fn view(&self) -> View<'_> {
+        View { image: self.image.view(), depth: self.depth.as_ref() }
+    }
+
+    /// The picture of it.
+    pub fn into_image(self) -> Image {
+        self.image
+    }
+}
+
+/// Where the target is in the reference's view.
+fn placed(alignment: &Alignment<'_>, matches: &[Match], target: ImageView<'_>) -> Placed {
+    let inliers = matches.iter().zip(&alignment.geometry.inliers).filter(|(_, inlier)| **inlier);
+    let depth = alignment.depth[0].as_ref().and_then(|map| {
+        let depths = inliers.map(|(m, _)| map.sample(m.target[0], m.target[1])).filter(|depth| !depth.is_nan());
+        median(depths.collect())
+    });
+    Placed { size: target.size(), model: alignment.geometry.forward, depth: depth.unwrap_or(0.0) }
+}
+
+/// The reference's camera, held upright: its focal length as given or found, otherwise self-calibrated.
+fn viewer(geometry: &Estimate, matches: &[Match], sizes: [(usize, usize); 2], options: &Options) -> Viewer {
+    let focal = options.estimate.focal.or(geometry.focal);
+    let focal = focal.unwrap_or_else(|| pair_focal(sizes, &geometry.forward, geometry.kind, matches));
+    Viewer::upright(sizes[1], focal)
+}
+
+/// The reference on the screen, and where its first pixel is there.
+fn shown(
+    picture: &Picture,
+    reference: ImageView<'_>,
+    options: &Options,
+    memory: &Memory<'_>,
+    observer: &mut dyn Observer,
+) -> Result<(Image, [i64; 2])> {
+    let itself = Model::homography(Matrix3::identity());
+    let [forward, reverse] = picture.models([&itself; 2], [0; 2]);
+    let nothing = Image::transparent(1, 1)?;
+    let job = WarpJob {
+        target: View { image: reference, depth: None },
+        reference: View { image: nothing.view(), depth: None },
+        forward: &forward,
+        reverse: &reverse,
+        screen: picture.screen_at([0; 2]),
+    };
+    let options = WarpOptions { depth: false, ..options.warp.clone() };
+    let warped = warp_within(&job, &options, &|canvas| memory.check(canvas), observer)?;
+    let (left, top) = warped.offset;
+    Ok((warped.image, [-(left as i64), -(top as i64)]))
+}
+
+/// Calls `put` with every pixel that `image` shows, where that is in the photo, and the third coordinate of that place.
+fn for_each_place(image: &Image, screen: &Screen, back: &Model, put: &mut dyn FnMut(usize, [f64; 2], f64)) {
+    let (width, rays) = (image.width(), screen.rays([0.0; 2], image.size()));
+    for (i, _) in image.pixels().iter().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
+        let ray = rays.at(i % width, i / width).map(f64::from);
+        let [x, y, third] = (back.h * Vector3::from(ray)).into();
+        if third > 0.0 {
+            put(i, [x / third, y / third], third);
+        }
+    }
+}
+
+/// A photo's inverse depth where `image` shows it; NaN elsewhere.
+fn carried_depth(depth: &InverseDepth, image: &Image, screen: &Screen, back: &Model) -> Result<InverseDepth> {
+    let mut values = filled(image.width() * image.height(), f32::NAN)?;
+    for_each_place(image, screen, back, &mut |i, [x, y], third| values[i] = (depth.sample(x, y) * third) as f32);
+    Ok(InverseDepth::from_values(values, image.width(), image.height()))
+}
+
+/// A photo's mask where `image` shows it, by the nearest pixel; 0 elsewhere.
+fn carried_mask(mask: &Mask, image: &Image, screen: &Screen, back: &Model) -> Result<Mask> {
+    let mut marks = zeroed(image.width() * image.height())?;
+    let nearest = |at: f64, side: usize| (at.round().max(0.0) as usize).min(side - 1);
+    for_each_place(image, screen, back, &mut |i, [x, y], _| {
+        marks[i] = mask.data()[nearest(y, mask.height()) * mask.width() + nearest(x, mask.width())];
+    });
+    Ok(Mask::from_bytes(marks, image.width(), image.height()))
+}

@@ -1,0 +1,116 @@
+//! Two photos on a cylinder and on a sphere: every pixel is where its ray belongs.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use depthstitch::pipeline::{Options, Stitched, stitch};
+use depthstitch::warp::Projection;
+use nalgebra::Vector3;
+use scene::{MatchOptions, Pair, Photos, median};
+#[cfg(target_arch = "wasm32")]
+use wasm_bindgen_test::wasm_bindgen_test as test;
+
+const SIZE: (usize, usize) = (240, 160);
+const EXACT: MatchOptions = MatchOptions { count: 300, sigma: 0.0, outliers: 0.0, seed: 1 };
+
+/// In whole pixels from the picture's first one.
+type Place = [i64; 2];
+
+fn stitched(photos: &Photos, projection: Option<Projection>, focal: Option<f64>) -> Stitched {
+    let mut options = Options { projection, ..Options::default() };
+    options.estimate.focal = focal;
+    stitch(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ()).unwrap()
+}
+
+/// Where a ray in the reference's axes appears.
+fn unrolled(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
+    let across = libm::sqrt(ray.x * ray.x + ray.z * ray.z);
+    let down = if projection == Projection::Sphere { libm::atan2(ray.y, across) } else { ray.y / across };
+    [focal * libm::atan2(ray.x, ray.z), focal * down]
+}
+
+/// Where pixels of the target and of the reference belong in the picture, by the true cameras and depth.
+fn true_places<'a>(pair: &'a Pair<'_>, found: &Stitched) -> [impl Fn(usize, usize) -> Place + 'a; 2] {
+    let (camera, projection) = (pair.reference.camera, found.projection);
+    let focal = camera.k[(0, 0)];
+    let place = move |ray| unrolled(projection, focal, ray);
+    let (w, h) = (SIZE.0 as f64 - 1.0, SIZE.1 as f64 - 1.0);
+    let border = (0..=100).flat_map(|i| {
+        let (x, y) = (w * f64::from(i) / 100.0, h * f64::from(i) / 100.0);
+        [[x, 0.0], [x, h], [0.0, y], [w, y]].map(|[x, y]| place(camera.k_inverse() * Vector3::new(x, y, 1.0)))
+    });
+    let first = border.fold([f64::MAX; 2], |[x, y], [u, v]| [x.min(u), y.min(v)]);
+    let (left, top) = (found.warped.offset.0 as f64, found.warped.offset.1 as f64);
+    let on_canvas = move |ray: Vector3<f64>| {
+        let [u, v] = place(ray);
+        [u - first[0].floor() + left, v - first[1].floor() + top].map(|v| v.round() as i64)
+    };
+    let of = |view: &'a scene::View| {
+        move |x: usize, y: usize| {
+            let z = view.depth[y * SIZE.0 + x];
+            let point = view.camera.centre + view.camera.direction(x as f64, y as f64) * z;
+            on_canvas(camera.r * (point - camera.centre))
+        }
+    };
+    [of(&pair.target), of(&pair.reference)]
+}
+
+/// How much colours differ at the median from those `below` where they belong, and of how many pixels that show.
+fn differing(pair: &Pair<'_>, photos: &Photos, found: &Stitched, below: i64) -> (f64, usize) {
+    let (mosaic, mut errors) = (&found.mosaic, Vec::new());
+    let width = mosaic.image.width();
+    let own = [photos.target().image, photos.reference().image];
+    for (side, place) in true_places(pair, found).iter().enumerate() {
+        for (x, y) in (6..SIZE.1 - 6).step_by(3).flat_map(|y| (6..SIZE.0 - 6).step_by(3).map(move |x| (x, y))) {
+            let [u, v] = place(x, y);
+            if u < 0 || u as usize >= width || v + below < 0 {
+                continue;
+            }
+            let at = (v + below) as usize * width + u as usize;
+            if mosaic.seam.data().get(at) == Some(&(side as u8 + 1)) {
+                let (a, b) = (own[side].pixel(x, y), mosaic.image.pixels()[at]);
+                errors.push((0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).sum::<f64>() / 3.0);
+            }
+        }
+    }
+    let count = errors.len();
+    (median(errors), count)
+}
+
+#[test]
+fn pixels_are_where_their_rays_belong() {
+    let scene = scene::gallery();
+    let pair = scene.render(SIZE.0, SIZE.1);
+    let photos = Photos::of(&pair, &EXACT);
+    let plane = stitched(&photos, None, None);
+    assert_eq!(plane.projection, Projection::Plane);
+    assert!(plane.projected_reference.is_none());
+    for projection in [Projection::Cylinder, Projection::Sphere] {
+        let found = stitched(&photos, Some(projection), Some(pair.reference.camera.k[(0, 0)]));
+        assert_eq!(found.projection, projection);
+        let (here, count) = differing(&pair, &photos, &found, 0);
+        let (there, _) = differing(&pair, &photos, &found, 8);
+        assert!(count > 3000, "{count} pixels");
+        assert!(here < 0.5 * there, "{projection:?}: colours differ by {here} levels, elsewhere by {there}");
+        // As well aligned as on the plane, of which both are almost a copy here.
+        let (own, other) = (found.quality, plane.quality);
+        assert!(
+            own.psnr_mask > other.psnr_mask - 1.0 && (own.coverage - other.coverage).abs() < 0.1,
+            "{own:?} {other:?}"
+        );
+        // The reference is transparent where the screen leaves its frame.
+        let reference = found.projected_reference.as_ref().unwrap();
+        let shown = reference.pixels().iter().filter(|pixel| pixel[3] == 255).count();
+        assert!(shown < reference.pixels().len() && shown * 10 > reference.pixels().len() * 9);
+    }
+}
+
+/// Without a focal length it is found by self-calibration: what is far to the side is not stretched.
+#[test]
+fn focal_length_need_not_be_known() {
+    let scene = scene::gallery();
+    let photos = Photos::of(&scene.render(SIZE.0, SIZE.1), &EXACT);
+    let [plane, cylinder] = [Projection::Plane, Projection::Cylinder].map(|p| stitched(&photos, Some(p), None));
+    assert_eq!(cylinder.projection, Projection::Cylinder);
+    assert!(cylinder.mosaic.image.width() < plane.mosaic.image.width());
+}
