@@ -28,6 +28,14 @@ export interface GrayInput {
   readonly height: number;
 }
 
+/** What a file says of a photo besides its pixels. */
+export interface PhotoMetadata {
+  /** An ICC profile of RGB colours; null for sRGB. */
+  readonly colourProfile: Uint8Array | null;
+  /** EXIF data: a TIFF file without an image. */
+  readonly exif: Uint8Array | null;
+}
+
 const codecs = instance(glue);
 const compile = compiler(new URL("./wasm/codecs_bg.wasm", import.meta.url));
 
@@ -37,7 +45,7 @@ export async function init(source?: WasmSource): Promise<void> {
 }
 
 /**
- * Decodes a PNG or JPEG and applies its EXIF orientation.
+ * Decodes a PNG or JPEG and applies its EXIF orientation. Colours are those of the file: see {@link readMetadata} for their profile.
  *
  * @throws {StitchError} `decode-failed`, `too-large` above `maxPixels`, `out-of-memory`, `invalid-argument`.
  */
@@ -70,11 +78,56 @@ export async function decodeDepth(
   return codecs.call((raw) => raw.decodeDepth(file, most));
 }
 
-/** Encodes an image as PNG with alpha. */
-export async function encodePng(image: ImageInput): Promise<Uint8Array<ArrayBuffer>> {
-  const input = check.read(() => check.image("image", image));
+/**
+ * Reads the colour profile and the EXIF data of a PNG or JPEG.
+ *
+ * @throws {StitchError} `decode-failed`, `too-large` above `maxPixels`, `out-of-memory`, `invalid-argument`.
+ */
+export async function readMetadata(
+  bytes: Uint8Array | ArrayBuffer,
+  maxPixels: number = MAX_PIXELS,
+): Promise<PhotoMetadata> {
+  const { file, most } = check.read(() => ({
+    file: check.bytes("bytes", bytes),
+    most: check.number("maxPixels", maxPixels),
+  }));
   await init();
-  return codecs.call((raw) => raw.encodePng(input));
+  return codecs.call((raw) => raw.readMetadata(file, most));
+}
+
+/**
+ * Converts an image from the colours of one ICC profile to those of another; null is sRGB. Alpha stays.
+ *
+ * @throws {StitchError} `decode-failed` for a profile that is damaged or not of RGB colours, `out-of-memory`, `invalid-argument`.
+ */
+export async function convertColours(
+  image: ImageInput,
+  from: Uint8Array | null,
+  to: Uint8Array | null,
+): Promise<ImageOutput> {
+  const { input, source, target } = check.read(() => ({
+    input: check.image("image", image),
+    source: check.optionalBytes("from", from),
+    target: check.optionalBytes("to", to),
+  }));
+  await init();
+  return codecs.call((raw) => raw.convertColours(input, source, target));
+}
+
+/**
+ * Encodes an image as PNG with alpha. `metadata` is that of the photo it was made of: the profile is that of the image's colours, the EXIF
+ * data are changed to those of an upright image of its size without a thumbnail, and left out if they are damaged.
+ */
+export async function encodePng(
+  image: ImageInput,
+  metadata: Partial<PhotoMetadata> = {},
+): Promise<Uint8Array<ArrayBuffer>> {
+  const { input, profile, exif } = check.read(() => ({
+    input: check.image("image", image),
+    ...check.metadata(metadata),
+  }));
+  await init();
+  return codecs.call((raw) => raw.encodePng(input, profile, exif));
 }
 
 /** Encodes a mask or another single-channel image as a grayscale PNG. */
@@ -84,15 +137,20 @@ export async function encodeGrayPng(mask: GrayInput): Promise<Uint8Array<ArrayBu
   return codecs.call((raw) => raw.encodeGrayPng(input));
 }
 
-/** Encodes an image as JPEG with a quality from 1 to 100; transparent pixels become black. */
+/**
+ * Encodes an image as JPEG with a quality from 1 to 100; transparent pixels become black. `metadata` as for {@link encodePng}; EXIF data
+ * of more than 64 KB are left out.
+ */
 export async function encodeJpeg(
   image: ImageInput,
   quality: number = 90,
+  metadata: Partial<PhotoMetadata> = {},
 ): Promise<Uint8Array<ArrayBuffer>> {
-  const { input, share } = check.read(() => ({
+  const { input, share, profile, exif } = check.read(() => ({
     input: check.image("image", image),
     share: check.number("quality", quality),
+    ...check.metadata(metadata),
   }));
   await init();
-  return codecs.call((raw) => raw.encodeJpeg(input, share));
+  return codecs.call((raw) => raw.encodeJpeg(input, share, profile, exif));
 }

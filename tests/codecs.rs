@@ -2,8 +2,8 @@
 #![cfg(feature = "codecs")]
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use depthstitch::codecs::{Samples, decode_depth, decode_image, encode_gray_png, encode_jpeg, encode_png};
-use depthstitch::{Error, Image, Result};
+use depthstitch::codecs::{self, Metadata, Samples, decode_depth, decode_image, encode_gray_png};
+use depthstitch::{Error, Image, ImageView, Result};
 use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 #[cfg(target_arch = "wasm32")]
@@ -32,6 +32,14 @@ fn gray_jpeg(data: &[u8], width: u32, height: u32) -> Vec<u8> {
     let mut out = Vec::new();
     JpegEncoder::new_with_quality(&mut out, 100).write_image(data, width, height, ExtendedColorType::L8).unwrap();
     out
+}
+
+fn encode_png(picture: ImageView<'_>) -> Result<Vec<u8>> {
+    codecs::encode_png(picture, &Metadata::default())
+}
+
+fn encode_jpeg(picture: ImageView<'_>, quality: u8) -> Result<Vec<u8>> {
+    codecs::encode_jpeg(picture, quality, &Metadata::default())
 }
 
 /// The JPEG with an EXIF segment that states `orientation`, in either byte order.

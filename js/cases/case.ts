@@ -1,6 +1,6 @@
 import { join, normalize, basename } from "node:path";
 
-import { decodeDepth, decodeImage } from "../codecs.js";
+import { decodeDepth, decodeImage, readMetadata, type PhotoMetadata } from "../codecs.js";
 import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
 import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
 import { FileError } from "./errors.js";
@@ -28,6 +28,8 @@ export interface DepthFiles extends DepthFormat {
 export interface Pair {
   readonly target: ImageOutput;
   readonly reference: ImageOutput;
+  /** What the files say of target and reference besides their pixels. */
+  readonly metadata: readonly [PhotoMetadata, PhotoMetadata];
   readonly matches: Float32Array | undefined;
   /** Scaled values, NaN where unknown. Models refer to depth in this unit. */
   readonly targetDepth: DepthInput | undefined;
@@ -53,13 +55,20 @@ export const CASE_FILE = "case.json";
 export async function loadPair(files: PairFiles): Promise<Pair> {
   const { depth } = files;
   const [target, reference, matches, targetDepth, referenceDepth] = await Promise.all([
-    loadImage(files.target),
-    loadImage(files.reference),
+    loadPhoto(files.target),
+    loadPhoto(files.reference),
     files.matches === null ? undefined : loadMatches(files.matches),
     depth?.target ? loadDepth(depth.target, depth) : undefined,
     depth?.reference ? loadDepth(depth.reference, depth) : undefined,
   ]);
-  return { target, reference, matches, targetDepth, referenceDepth };
+  return {
+    target: target.image,
+    reference: reference.image,
+    metadata: [target.metadata, reference.metadata],
+    matches,
+    targetDepth,
+    referenceDepth,
+  };
 }
 
 /** The files of the case in `folder`. @throws {FileError} */
@@ -83,10 +92,19 @@ export async function loadCase(folder: string): Promise<Case> {
   };
 }
 
-/** Reads and decodes an image. */
-export async function loadImage(path: string): Promise<ImageOutput> {
+/** A decoded photo. */
+export interface Photo {
+  readonly image: ImageOutput;
+  readonly metadata: PhotoMetadata;
+}
+
+/** Reads and decodes a photo. */
+export async function loadPhoto(path: string): Promise<Photo> {
   const bytes = await readBytes(path);
-  return decoding(path, () => decodeImage(bytes));
+  return decoding(path, async () => ({
+    image: await decodeImage(bytes),
+    metadata: await readMetadata(bytes),
+  }));
 }
 
 /** Reads matches from a CSV file. */

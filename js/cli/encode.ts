@@ -1,6 +1,6 @@
 import { extname } from "node:path";
 
-import { encodeJpeg, encodePng } from "../codecs.js";
+import { encodeJpeg, encodePng, type PhotoMetadata } from "../codecs.js";
 import type { ImageOutput } from "../index.js";
 
 /** The bytes of a picture, as its file's name says. */
@@ -8,8 +8,11 @@ export async function encodeImage(
   path: string,
   image: ImageOutput,
   quality: number,
+  metadata: Partial<PhotoMetadata>,
 ): Promise<Uint8Array> {
-  return extname(path).toLowerCase() === ".png" ? encodePng(image) : encodeJpeg(image, quality);
+  return extname(path).toLowerCase() === ".png"
+    ? encodePng(image, metadata)
+    : encodeJpeg(image, quality, metadata);
 }
 
 /** The bytes of a JSON file. */

@@ -1,4 +1,4 @@
-import { loadImage } from "../cases/case.js";
+import { loadPhoto } from "../cases/case.js";
 import { encodeGrayPng } from "../codecs.js";
 import {
   crop,
@@ -10,6 +10,7 @@ import {
   type StitchManyResult,
 } from "../index.js";
 import type { Outputs, StitchManyCommand } from "./arguments.js";
+import { matchColours } from "./colours.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import type { Produced } from "./produced.js";
 import type { ProgressLine } from "./progress.js";
@@ -21,7 +22,10 @@ export async function stitchManyFiles(
   signal: AbortSignal,
 ): Promise<Produced> {
   line.message("reading");
-  const images = await Promise.all(photos.map(loadImage));
+  // Without a reference the colours are those of the first photo, as it is chosen later.
+  const decoded = await Promise.all(photos.map(loadPhoto));
+  const colours = await matchColours(photos, decoded, reference ?? 0);
+  const { images } = colours;
   const sizes = images.map(({ width, height }) => ({ width, height }));
   const call = { onProgress: line.show, signal };
   // The photos are not needed any more here.
@@ -29,7 +33,10 @@ export async function stitchManyFiles(
   line.message("writing");
   const rect = part === "none" ? null : result.crop[part];
   const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
-  const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, mosaic, quality)]]);
+  const exif = colours.exif[result.reference] ?? null;
+  const metadata = { colourProfile: colours.colourProfile, exif };
+  const encoded = await encodeImage(outputs.mosaic, mosaic, quality, metadata);
+  const contents = new Map([[outputs.mosaic, encoded]]);
   if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
   if (outputs.report) {
     const options = { ...(await defaultOptions(settings.mode)), ...settings };
@@ -38,7 +45,7 @@ export async function stitchManyFiles(
   }
   return {
     contents,
-    warnings: warnings(photos, result),
+    warnings: [...colours.warnings, ...warnings(photos, result)],
     summary: summary(outputs, mosaic, result),
   };
 }

@@ -10,6 +10,7 @@ import {
   type StitchCommand,
   type StitchManyCommand,
 } from "./arguments.js";
+import { matchColours } from "./colours.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import { helpText } from "./help.js";
 import { stitchManyFiles } from "./many.js";
@@ -97,8 +98,16 @@ async function stitchFiles(
   line.message("reading");
   const pair = await loadPair(files);
   const { matches, targetDepth, referenceDepth } = pair;
+  const [ofTarget, ofReference] = pair.metadata;
+  const photos = [
+    { image: pair.target, metadata: ofTarget },
+    { image: pair.reference, metadata: ofReference },
+  ];
+  const colours = await matchColours([files.target, files.reference], photos, 1);
+  const { colourProfile } = colours;
+  const [target = pair.target, reference = pair.reference] = colours.images;
   const call = { onProgress: line.show, signal };
-  const result = await stitch(pair.target, pair.reference, {
+  const result = await stitch(target, reference, {
     ...settings,
     ...call,
     matches,
@@ -108,8 +117,11 @@ async function stitchFiles(
   line.message("writing");
   const rect = part === "none" ? null : result.crop[part];
   const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
-  const contents = new Map([[outputs.mosaic, await encodeImage(outputs.mosaic, mosaic, quality)]]);
-  if (outputs.warped) contents.set(outputs.warped, await encodePng(result.warped));
+  const metadata = { colourProfile, exif: colours.exif[1] ?? null };
+  const encoded = await encodeImage(outputs.mosaic, mosaic, quality, metadata);
+  const contents = new Map([[outputs.mosaic, encoded]]);
+  if (outputs.warped)
+    contents.set(outputs.warped, await encodePng(result.warped, { colourProfile }));
   if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
   if (outputs.report) {
     const options = { ...(await defaultOptions(settings.mode)), ...settings };
@@ -117,7 +129,11 @@ async function stitchFiles(
     contents.set(outputs.report, jsonBytes(json));
   }
   const warnings = result.report.warnings.map(({ code, message }) => `${code}: ${message}`);
-  return { contents, warnings, summary: summary(outputs, mosaic, result) };
+  return {
+    contents,
+    warnings: [...colours.warnings, ...warnings],
+    summary: summary(outputs, mosaic, result),
+  };
 }
 
 /** Runs `work` until a signal aborts it; a second one terminates the process. */

@@ -221,7 +221,9 @@ function calls(g, api, codecs, names, files) {
     defaultOptions: () => api.defaultOptions(anything()),
     decodeImage: () => codecs.decodeImage(bytes(), g.chance(0.3) ? anything() : undefined),
     decodeDepth: () => codecs.decodeDepth(bytes(), g.chance(0.3) ? anything() : undefined),
-    encodePng: () => codecs.encodePng(maybe(image())),
+    readMetadata: () => codecs.readMetadata(bytes(), g.chance(0.3) ? anything() : undefined),
+    convertColours: () => codecs.convertColours(maybe(image()), maybe(bytes()), maybe(bytes())),
+    encodePng: () => codecs.encodePng(maybe(image()), g.chance(0.3) ? anything() : undefined),
     encodeGrayPng: () => codecs.encodeGrayPng(maybe(mask())),
     encodeJpeg: () => codecs.encodeJpeg(maybe(image()), g.chance(0.3) ? anything() : undefined),
   };

@@ -131,6 +131,11 @@ export async function everyCodec(file: Uint8Array): Promise<codecs.DepthMap> {
   const gray: codecs.GrayInput = { data: new Uint8Array(4), ...size };
   const files = [codecs.encodePng(input), codecs.encodeJpeg(input, 80), codecs.encodeGrayPng(gray)];
   await Promise.all(files satisfies Promise<Uint8Array>[]);
+  const metadata: codecs.PhotoMetadata = await codecs.readMetadata(file);
+  await codecs.encodePng(
+    await codecs.convertColours(input, metadata.colourProfile, null),
+    metadata,
+  );
   return { ...(await codecs.decodeDepth(file)) };
 }
 
@@ -212,12 +217,14 @@ type Used =
 type UsedCodecs =
   | "MAX_PIXELS"
   | "StitchError"
+  | "convertColours"
   | "decodeDepth"
   | "decodeImage"
   | "encodeGrayPng"
   | "encodeJpeg"
   | "encodePng"
-  | "init";
+  | "init"
+  | "readMetadata";
 type UsedDepth = "StitchError" | "estimateDepth" | "loadDepthModel" | "loadOnnxDepth";
 type UsedCases = "FileError" | "parseCase" | "parseMatches" | "parseNpy";
 type UsedOptions = "OPTIONS" | "OPTION_LIST";

@@ -2,6 +2,10 @@
 //!
 //! Sizes are read from the header and checked before any pixel is decoded.
 
+mod colour;
+mod exif;
+mod metadata;
+
 use std::io::Cursor;
 
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
@@ -12,6 +16,9 @@ use image::{ColorType, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError
 use crate::image::{check_len, reserve, zeroed};
 use crate::luma::rec709;
 use crate::{Error, Image, ImageView, Result};
+pub use colour::convert_colours;
+use metadata::attach;
+pub use metadata::{Metadata, read_metadata};
 
 /// Bytes that may always be taken for colour profiles and texts of a file.
 const MOST_METADATA: u64 = 1 << 24;
@@ -37,7 +44,7 @@ pub struct Gray {
 }
 
 /// Decodes a PNG or JPEG to RGBA, 8 bit, turned upright by its EXIF orientation. Colours stay as they are in the file:
-/// colour profiles are not applied.
+/// its colour profile is not applied, but [`read_metadata`] has it.
 ///
 /// # Errors
 /// `too-large` above `max_pixels`, `decode-failed` for another format or a damaged file, `out-of-memory`.
@@ -74,12 +81,12 @@ pub fn decode_depth(bytes: &[u8], max_pixels: u64) -> Result<Gray> {
     Ok(Gray { samples, width, height })
 }
 
-/// Encodes RGBA as PNG, alpha kept.
+/// Encodes RGBA as PNG, alpha kept, with its colour profile and the EXIF data of the photo that it was made of.
 ///
 /// # Errors
 /// `invalid-argument` for a side that PNG cannot state.
-pub fn encode_png(picture: ImageView<'_>) -> Result<Vec<u8>> {
-    write_png(picture.data(), picture.width(), picture.height(), ExtendedColorType::Rgba8)
+pub fn encode_png(picture: ImageView<'_>, metadata: &Metadata) -> Result<Vec<u8>> {
+    write_png(picture.data(), picture.size(), ExtendedColorType::Rgba8, metadata)
 }
 
 /// Encodes one byte per pixel, a mask for instance, as a gray PNG.
@@ -88,14 +95,15 @@ pub fn encode_png(picture: ImageView<'_>) -> Result<Vec<u8>> {
 /// `invalid-argument` for a side that is empty or that PNG cannot state, `size-mismatch`.
 pub fn encode_gray_png(data: &[u8], width: usize, height: usize) -> Result<Vec<u8>> {
     check_len("mask", data.len(), width, height, 1)?;
-    write_png(data, width, height, ExtendedColorType::L8)
+    write_png(data, (width, height), ExtendedColorType::L8, &Metadata::default())
 }
 
-/// Encodes as JPEG of `quality` 1 to 100. JPEG has no alpha: the picture is laid over black.
+/// Encodes as JPEG of `quality` 1 to 100, with its colour profile and the EXIF data of the photo that it was made of. JPEG has no
+/// alpha: the picture is laid over black.
 ///
 /// # Errors
 /// `invalid-argument` for a quality outside its range or a side above 65535, `out-of-memory`.
-pub fn encode_jpeg(picture: ImageView<'_>, quality: u8) -> Result<Vec<u8>> {
+pub fn encode_jpeg(picture: ImageView<'_>, quality: u8, metadata: &Metadata) -> Result<Vec<u8>> {
     if !(1..=100).contains(&quality) {
         let value = f64::from(quality);
         return Err(Error::InvalidArgument { name: "quality", expected: "a whole number from 1 to 100", value }.into());
@@ -110,20 +118,27 @@ pub fn encode_jpeg(picture: ImageView<'_>, quality: u8) -> Result<Vec<u8>> {
         rgb.extend(pixel[..3].iter().map(|&v| ((u32::from(v) * alpha + 127) / 255) as u8));
     }
     let mut out = Vec::new();
-    JpegEncoder::new_with_quality(&mut out, quality)
+    let mut encoder = JpegEncoder::new_with_quality(&mut out, quality);
+    attach(&mut encoder, metadata, (width, height));
+    encoder
         .write_image(&rgb, width, height, ExtendedColorType::Rgb8)
         .map_err(|_| Error::OutOfMemory { bytes: rgb.len() as u64 })?;
     Ok(out)
 }
 
-fn write_png(data: &[u8], width: usize, height: usize, color: ExtendedColorType) -> Result<Vec<u8>> {
+fn write_png(
+    data: &[u8],
+    (width, height): (usize, usize),
+    color: ExtendedColorType,
+    metadata: &Metadata,
+) -> Result<Vec<u8>> {
     let expected = "at most 2147483647 pixels wide and high as PNG";
     let (w, h) = (side(width, i32::MAX as u32, expected)?, side(height, i32::MAX as u32, expected)?);
     let mut out = Vec::new();
     // Into a Vec, writing fails only where there is no more memory.
-    PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive)
-        .write_image(data, w, h, color)
-        .map_err(|_| Error::OutOfMemory { bytes: data.len() as u64 })?;
+    let mut encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive);
+    attach(&mut encoder, metadata, (w, h));
+    encoder.write_image(data, w, h, color).map_err(|_| Error::OutOfMemory { bytes: data.len() as u64 })?;
     Ok(out)
 }
 
@@ -132,6 +147,49 @@ fn side(value: usize, most: u32, expected: &'static str) -> Result<u32> {
         Ok(v) if v <= most => Ok(v),
         _ => Err(Error::InvalidArgument { name: "image", expected, value: value as f64 }.into()),
     }
+}
+
+/// The decoder of a file that is not too large, as far as that can be told; `bytes_per_pixel` is that of the result, for the prediction
+/// in `too-large`.
+fn decoder(bytes: &[u8], max_pixels: u64, bytes_per_pixel: u64) -> Result<Box<dyn ImageDecoder + '_>> {
+    let failed = |reason: String| Box::new(Error::DecodeFailed { bytes: bytes.len() as u64, reason });
+    let broken = |error: ImageError| failed(error.to_string());
+    let predict = |(w, h): (u32, u32)| (u64::from(w) * u64::from(h)).saturating_mul(bytes_per_pixel);
+    let check_size = |(width, height): (u32, u32)| {
+        if u64::from(width) * u64::from(height) <= max_pixels {
+            return Ok(());
+        }
+        let limit = max_pixels.saturating_mul(bytes_per_pixel);
+        Err(Error::TooLarge { width: width.into(), height: height.into(), bytes: predict((width, height)), limit })
+    };
+    let decoder: Box<dyn ImageDecoder + '_> = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        // The decoder's constructor already takes memory for a row.
+        let size = png_size(bytes).ok_or_else(|| failed("the PNG file ends in its header".into()))?;
+        check_size(size)?;
+        // Bounds rows, and what is inflated on the way to the pixels, as a colour profile: a small file can claim a huge one.
+        let mut limits = Limits::no_limits();
+        let pixels = u64::from(size.0).saturating_mul(size.1.into());
+        limits.max_alloc = Some((bytes.len() as u64).saturating_add(pixels.saturating_mul(8)).max(MOST_METADATA));
+        let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
+            ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) }.into(),
+            other => broken(other),
+        })?;
+        Box::new(decoder)
+    } else if bytes.starts_with(b"\xff\xd8\xff") {
+        Box::new(JpegDecoder::new(Cursor::new(bytes)).map_err(broken)?)
+    } else {
+        return Err(failed("neither a PNG nor a JPEG file".into()));
+    };
+    let (width, height) = decoder.dimensions();
+    check_size((width, height))?;
+    if bytes.starts_with(b"\xff\xd8") {
+        // Of what is missing the decoder silently makes gray, at length: each block of 8×8 pixels takes a bit at least.
+        let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
+        if 8 * (bytes.len() as u64) < blocks || !jpeg_is_complete(bytes) {
+            return Err(failed("the JPEG file ends before its picture does".into()));
+        }
+    }
+    Ok(decoder)
 }
 
 /// A decoded file as it is stored: any colour type, not yet turned upright.
@@ -144,45 +202,11 @@ struct Raw {
 }
 
 impl Raw {
-    /// `bytes_per_pixel` is that of the result, for the prediction in `too-large`.
+    /// `bytes_per_pixel` is that of the result.
     fn decode(bytes: &[u8], max_pixels: u64, bytes_per_pixel: u64) -> Result<Self> {
-        let failed = |reason: String| Box::new(Error::DecodeFailed { bytes: bytes.len() as u64, reason });
-        let broken = |error: ImageError| failed(error.to_string());
-        let predict = |(w, h): (u32, u32)| (u64::from(w) * u64::from(h)).saturating_mul(bytes_per_pixel);
-        let check_size = |(width, height): (u32, u32)| {
-            if u64::from(width) * u64::from(height) <= max_pixels {
-                return Ok(());
-            }
-            let limit = max_pixels.saturating_mul(bytes_per_pixel);
-            Err(Error::TooLarge { width: width.into(), height: height.into(), bytes: predict((width, height)), limit })
-        };
-        let mut decoder: Box<dyn ImageDecoder + '_> = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
-            // The decoder's constructor already takes memory for a row.
-            let size = png_size(bytes).ok_or_else(|| failed("the PNG file ends in its header".into()))?;
-            check_size(size)?;
-            // Bounds rows, and what is inflated on the way to the pixels, as a colour profile: a small file can claim a huge one.
-            let mut limits = Limits::no_limits();
-            let pixels = u64::from(size.0).saturating_mul(size.1.into());
-            limits.max_alloc = Some((bytes.len() as u64).saturating_add(pixels.saturating_mul(8)).max(MOST_METADATA));
-            let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|error| match error {
-                ImageError::Limits(_) => Error::OutOfMemory { bytes: predict(size) }.into(),
-                other => broken(other),
-            })?;
-            Box::new(decoder)
-        } else if bytes.starts_with(b"\xff\xd8\xff") {
-            Box::new(JpegDecoder::new(Cursor::new(bytes)).map_err(broken)?)
-        } else {
-            return Err(failed("neither a PNG nor a JPEG file".into()));
-        };
+        let broken = |error: ImageError| Error::DecodeFailed { bytes: bytes.len() as u64, reason: error.to_string() };
+        let mut decoder = decoder(bytes, max_pixels, bytes_per_pixel)?;
         let (width, height) = decoder.dimensions();
-        check_size((width, height))?;
-        if bytes.starts_with(b"\xff\xd8") {
-            // Of what is missing the decoder silently makes gray, at length: each block of 8×8 pixels takes a bit at least.
-            let blocks = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
-            if 8 * (bytes.len() as u64) < blocks || !jpeg_is_complete(bytes) {
-                return Err(failed("the JPEG file ends before its picture does".into()));
-            }
-        }
         let orientation = decoder.orientation().map_err(broken)?;
         let color = decoder.color_type();
         let total = decoder.total_bytes();

@@ -1,0 +1,111 @@
+//! The EXIF data of a photo, made to fit a picture that was made of it: a TIFF file without an image (CIPA DC-008, section 4.6).
+
+/// Tags whose values are rewritten, and those that lead to other directories.
+const IMAGE_WIDTH: u16 = 0x0100;
+const IMAGE_LENGTH: u16 = 0x0101;
+const ORIENTATION: u16 = 0x0112;
+const EXIF: u16 = 0x8769;
+const GPS: u16 = 0x8825;
+const PIXEL_X_DIMENSION: u16 = 0xa002;
+const PIXEL_Y_DIMENSION: u16 = 0xa003;
+const INTEROPERABILITY: u16 = 0xa005;
+
+/// Bytes of a value of each type, by its number.
+const SIZES: [u64; 13] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8];
+/// The types of whole numbers of 16 and of 32 bit.
+const SHORT: u16 = 3;
+const LONG: u16 = 4;
+/// Bytes of an entry of a directory.
+const ENTRY: usize = 12;
+
+/// The data for an upright picture of this size, without a thumbnail; `None` of damaged data.
+pub(super) fn adapted(exif: &[u8], (width, height): (u32, u32)) -> Option<Vec<u8>> {
+    let mut tiff = Tiff::new(exif)?;
+    let first = tiff.long(4)? as usize;
+    let mut end = 0;
+    let mut directories = vec![first];
+    let mut next = 0;
+    while let Some(&directory) = directories.get(next) {
+        next += 1;
+        let count = usize::from(tiff.short(directory)?);
+        // Behind the entries is where the next directory is.
+        end = end.max(directory + 2 + count * ENTRY + 4);
+        for at in (0..count).map(|i| directory + 2 + i * ENTRY) {
+            match tiff.short(at)? {
+                ORIENTATION => tiff.set(at, SHORT, 1)?,
+                IMAGE_WIDTH | PIXEL_X_DIMENSION => tiff.set(at, LONG, width)?,
+                IMAGE_LENGTH | PIXEL_Y_DIMENSION => tiff.set(at, LONG, height)?,
+                // Four at most, however they point at each other.
+                EXIF | GPS | INTEROPERABILITY if directories.len() < 4 => directories.push(tiff.long(at + 8)? as usize),
+                _ => {}
+            }
+            end = end.max(tiff.end_of_value(at)?);
+        }
+    }
+    // The directory after the first one is that of the thumbnail, which mostly lies behind all others.
+    let count = usize::from(tiff.short(first)?);
+    tiff.write(first + 2 + count * ENTRY, &[0; 4])?;
+    (end <= tiff.bytes.len()).then(|| {
+        tiff.bytes.truncate(end);
+        tiff.bytes
+    })
+}
+
+/// A copy of the data, in its byte order.
+struct Tiff {
+    bytes: Vec<u8>,
+    big_endian: bool,
+}
+
+impl Tiff {
+    fn new(exif: &[u8]) -> Option<Self> {
+        let big_endian = match exif.get(..4)? {
+            b"II*\0" => false,
+            b"MM\0*" => true,
+            _ => return None,
+        };
+        Some(Self { bytes: exif.to_vec(), big_endian })
+    }
+
+    fn short(&self, at: usize) -> Option<u16> {
+        let bytes = *self.bytes.get(at..)?.first_chunk()?;
+        Some(if self.big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
+    }
+
+    fn long(&self, at: usize) -> Option<u32> {
+        let bytes = *self.bytes.get(at..)?.first_chunk()?;
+        Some(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    }
+
+    fn write(&mut self, at: usize, bytes: &[u8]) -> Option<()> {
+        self.bytes.get_mut(at..at.checked_add(bytes.len())?)?.copy_from_slice(bytes);
+        Some(())
+    }
+
+    /// Makes the entry at `at` one number of this type.
+    fn set(&mut self, at: usize, kind: u16, value: u32) -> Option<()> {
+        let short = |v: u16| if self.big_endian { v.to_be_bytes() } else { v.to_le_bytes() };
+        let long = |v: u32| if self.big_endian { v.to_be_bytes() } else { v.to_le_bytes() };
+        let (kind, count) = ((short(kind), kind), long(1));
+        let value = match kind.1 {
+            SHORT => {
+                let [a, b] = short(value as u16);
+                [a, b, 0, 0]
+            }
+            _ => long(value),
+        };
+        self.write(at + 2, &kind.0)?;
+        self.write(at + 4, &count)?;
+        self.write(at + 8, &value)
+    }
+
+    /// Where the value of the entry at `at` ends; 0 for one in the entry itself.
+    fn end_of_value(&self, at: usize) -> Option<usize> {
+        let size = SIZES.get(usize::from(self.short(at + 2)?))?;
+        let bytes = size * u64::from(self.long(at + 4)?);
+        if bytes <= 4 {
+            return Some(0);
+        }
+        usize::try_from(bytes + u64::from(self.long(at + 8)?)).ok()
+    }
+}
