@@ -16,10 +16,13 @@ type Explanation = (
 ) => readonly [title: string, advice: string];
 
 const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation } = {
-  "invalid-argument": (_, message) => [
-    "An option has an invalid value.",
-    `${message} Correct it under Options, or reset all options.`,
-  ],
+  "invalid-argument": (number, message) =>
+    number("pixels") > 0
+      ? ["A photo is wholly transparent.", `${message} Choose another file.`]
+      : [
+          "An option has an invalid value.",
+          `${message} Correct it under Options, or reset all options.`,
+        ],
   "size-mismatch": (_, message) => [
     "An image has the wrong size.",
     `${message} Choose the file again; it may be damaged.`,
