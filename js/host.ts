@@ -140,6 +140,8 @@ function rest(): void {
 }
 
 function stop(): void {
-  port?.terminate();
+  const stopped = port;
+  // Forgotten first: in Deno a worker reports its end before `terminate` returns, and this is not the end of a call.
   port = undefined;
+  stopped?.terminate();
 }
