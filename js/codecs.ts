@@ -37,7 +37,7 @@ export interface PhotoMetadata {
 }
 
 const codecs = instance(glue);
-const compile = compiler(new URL("./wasm/codecs_bg.wasm", import.meta.url));
+const compile = compiler(() => new URL("./wasm/codecs_bg.wasm", import.meta.url));
 
 /** Loads the codecs before the first call, from `source` if your bundler does not find `depthstitch/codecs.wasm`. */
 export async function init(source?: WasmSource): Promise<void> {

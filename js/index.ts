@@ -47,8 +47,8 @@ export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
 export type * from "./types.js";
 
 const compile = {
-  core: compiler(new URL("./wasm/depthstitch_bg.wasm", import.meta.url)),
-  many: compiler(new URL("./wasm/many_bg.wasm", import.meta.url)),
+  core: compiler(() => new URL("./wasm/depthstitch_bg.wasm", import.meta.url)),
+  many: compiler(() => new URL("./wasm/many_bg.wasm", import.meta.url)),
 };
 
 /**

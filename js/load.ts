@@ -5,11 +5,15 @@ import type { WasmSource } from "./types.js";
 /** Compiles a wasm file. The first successful call determines the source; later calls return the same module. */
 export type Compile = (source?: WasmSource) => Promise<WebAssembly.Module>;
 
-/** Compiles the wasm file at `url`, unless another source is given. */
-export function compiler(url: URL): Compile {
+/**
+ * Compiles the wasm file at the address that `locate` returns, unless another source is given. The address is not asked for
+ * earlier, as it cannot be formed where a bundler leaves `import.meta.url` undefined.
+ */
+export function compiler(locate: () => URL): Compile {
   let module: Promise<WebAssembly.Module> | undefined;
-  return (source = url) => {
-    module ??= compile(source).catch((cause: unknown) => {
+  const load = async (source: WasmSource | undefined) => compile(source ?? locate());
+  return (source) => {
+    module ??= load(source).catch((cause: unknown) => {
       module = undefined;
       throw loadError("could not load the wasm module", cause);
     });

@@ -5,7 +5,7 @@ import type { Values } from "./measures.js";
 import * as glue from "./wasm/evaluation.js";
 
 const evaluation = instance(glue);
-const compile = compiler(new URL("./wasm/evaluation_bg.wasm", import.meta.url));
+const compile = compiler(() => new URL("./wasm/evaluation_bg.wasm", import.meta.url));
 
 type Look = Pick<
   Values,
