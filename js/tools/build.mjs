@@ -218,7 +218,7 @@ function buildTypeScript() {
   // The public types are published next to the bindings.
   mkdirSync(wasmDir, { recursive: true });
   cpSync(join(root, "src", "wasm", "types.d.ts"), join(wasmDir, "types.d.ts"));
-  run(process.execPath, [npmBin("typescript", "tsc"), "-p", root]);
+  run(process.execPath, [npmBin("typescript-7", "tsc"), "-p", root]);
 }
 
 /** Types for TypeScript before 5.7, whose typed arrays have no type parameter. */

@@ -6,7 +6,7 @@ const projects = ["tsconfig.json", "tsconfig.tests.json", join("www", "tsconfig.
 
 export function typecheck() {
   for (const project of projects) {
-    run(process.execPath, [npmBin("typescript", "tsc"), "--noEmit", "-p", join(root, project)]);
+    run(process.execPath, [npmBin("typescript-7", "tsc"), "--noEmit", "-p", join(root, project)]);
   }
 }
 

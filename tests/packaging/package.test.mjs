@@ -1,6 +1,5 @@
 // The package as its users get it: packed, installed into an empty project, and used from there; and the examples.
 import assert from "node:assert/strict";
-import { spawnSync } from "node:child_process";
 import {
   cpSync,
   existsSync,
@@ -19,24 +18,14 @@ import { build, createServer, preview } from "vite";
 import webpack from "webpack";
 import { launch } from "../../js/tools/chromium.mjs";
 import { npmBin, root } from "../../js/tools/shared.mjs";
+import { assertNoNetworks, consumerIn, inChromium, runIn, served } from "./consumer.mjs";
 
 const folder = join(root, "target", "packaging");
 const consumer = join(folder, "consumer");
 const web = join(consumer, "web");
 
-/** Runs a program in `cwd`; its output. @param {string[]} args */
-function run(command = "", args = [""], cwd = consumer) {
-  // Without the npm configuration of this repository.
-  const env = Object.entries(process.env).filter(([name]) => !/^npm_/i.test(name));
-  const { status, stdout, stderr, error } = spawnSync(command, args, {
-    cwd,
-    encoding: "utf8",
-    env: Object.fromEntries(env),
-    shell: process.platform === "win32",
-  });
-  assert.ok(!error && status === 0, `${command} ${args.join(" ")}: ${error ?? stdout + stderr}`);
-  return stdout;
-}
+/** Runs a program in the consumer's folder; its output. */
+const run = (command = "", args = [""], cwd = consumer) => runIn(cwd, command, args);
 
 /** The packed package. */
 let packed = "";
@@ -45,14 +34,7 @@ let packed = "";
 let expected = "";
 
 before(() => {
-  rmSync(folder, { recursive: true, force: true });
-  cpSync(join(root, "tests", "packaging", "consumer"), consumer, { recursive: true });
-  cpSync(join(root, "target", "sample-small"), join(web, "public"), { recursive: true });
-  const [made] = JSON.parse(
-    run("npm", ["pack", "--json", "--ignore-scripts", "--pack-destination", folder], root),
-  );
-  packed = made.filename;
-  run("npm", ["install", "--offline", "--no-audit", "--no-fund", join(folder, packed)]);
+  packed = consumerIn(folder).packed;
   expected = run(process.execPath, ["node.mjs"]).trim();
 });
 
@@ -97,7 +79,9 @@ test("without the peer packages of networks, the error names the package", (t) =
   // Outside the repository, whose packages Node would find.
   const alone = mkdtempSync(join(tmpdir(), "depthstitch-alone-"));
   t.after(() => rmSync(alone, { recursive: true }));
-  cpSync(join(consumer, "node_modules"), join(alone, "node_modules"), { recursive: true });
+  for (const file of ["node_modules", "package.json"]) {
+    cpSync(join(consumer, file), join(alone, file), { recursive: true });
+  }
   const program = `
     import { loadDepthModel, loadOnnxDepth } from "depthstitch/depth";
     import { loadInpainter } from "depthstitch/inpaint";
@@ -135,7 +119,7 @@ const projects = {
   "a Node project": { module: "NodeNext", lib: ["ES2022"], types: ["node"] },
 };
 
-for (const version of ["typescript", "typescript-5.6"]) {
+for (const version of ["typescript-7", "typescript", "typescript-5.6"]) {
   for (const [name, options] of Object.entries(projects)) {
     test(`its types are sound in ${name}, by ${version}`, () => {
       const compilerOptions = {
@@ -158,7 +142,7 @@ for (const version of ["typescript", "typescript-5.6"]) {
 }
 
 test("publint and Are the types wrong? find nothing", async () => {
-  const data = readFileSync(join(folder, packed));
+  const data = readFileSync(packed);
   const tarball = data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength);
   const { messages } = await publint({ pack: { tarball }, strict: true });
   assert.deepEqual(messages, []);
@@ -173,28 +157,10 @@ test("publint and Are the types wrong? find nothing", async () => {
   assert.deepEqual(problems, []);
 });
 
-/** What the page at `url` computes from the sample, in Chromium. @param {string | undefined} url */
-async function inChromium(url) {
-  assert.ok(url);
-  const browser = await launch();
-  try {
-    const page = await browser.newPage();
-    let workers = 0;
-    page.on("worker", () => (workers += 1));
-    await page.goto(url);
-    await page.waitForFunction(() => document.title !== "consumer", undefined, { timeout: 60_000 });
-    return { digest: await page.title(), workers };
-  } finally {
-    await browser.close();
-  }
-}
-
-/** Fails if a build contains code of networks, which is not imported. @param {string} folder */
-function assertNoNetworks(folder) {
-  for (const file of readdirSync(folder).filter((name) => name.endsWith(".js"))) {
-    const script = readFileSync(join(folder, file), "utf8");
-    assert.doesNotMatch(script, /onnx|transformers|model-load-failed/, file);
-  }
+/** Fails if a script in a folder contains code of networks. @param {string} folder */
+function assertNoNetworksIn(folder) {
+  const scripts = readdirSync(folder).filter((name) => name.endsWith(".js"));
+  for (const file of scripts) assertNoNetworks(join(folder, file));
 }
 
 test("a Vite build stitches in a Web Worker, to the bytes of Node", async () => {
@@ -204,7 +170,7 @@ test("a Vite build stitches in a Web Worker, to the bytes of Node", async () => 
     logLevel: /** @type {const} */ ("warn"),
   };
   await build({ ...config, build: { target: "es2022" } });
-  assertNoNetworks(join(web, "dist", "assets"));
+  assertNoNetworksIn(join(web, "dist", "assets"));
   const server = await preview({ ...config, preview: { port: 0 } });
   try {
     const result = await inChromium(server.resolvedUrls?.local[0]);
@@ -230,22 +196,13 @@ test("so does a webpack build", async () => {
     ),
   );
   assert.ok(stats && !stats.hasErrors() && !stats.hasWarnings(), stats?.toString());
-  assertNoNetworks(out);
+  assertNoNetworksIn(out);
   cpSync(join(web, "public"), out, { recursive: true });
   const page = '<!doctype html><title>consumer</title><script src="main.js"></script>';
   writeFileSync(join(out, "index.html"), page);
-  const server = await preview({
-    root: web,
-    configFile: false,
-    build: { outDir: out },
-    preview: { port: 0 },
+  await served(out, async (url) => {
+    assert.deepEqual(await inChromium(url), { digest: expected, workers: 1 });
   });
-  try {
-    const result = await inChromium(server.resolvedUrls?.local[0]);
-    assert.deepEqual(result, { digest: expected, workers: 1 });
-  } finally {
-    await server.close();
-  }
 });
 
 test("so does Vite's development server", async () => {
@@ -338,29 +295,15 @@ test("the example for Vite shows a mosaic, built and by the development server",
 
 test("the example without a build step shows a mosaic, also with the package on another origin", async () => {
   const copy = example("html");
-  const server = await preview({
-    root: copy,
-    configFile: false,
-    build: { outDir: copy },
-    preview: { port: 0 },
-  });
-  // Another port is another origin.
-  const cdn = await preview({
-    root: consumer,
-    configFile: false,
-    build: { outDir: consumer },
-    preview: { port: 0 },
-  });
-  try {
-    const page = server.resolvedUrls?.local[0];
+  await served(copy, async (page) => {
     await showsMosaic(page);
-    const html = readFileSync(join(copy, "index.html"), "utf8");
-    const address = new URL("node_modules/", cdn.resolvedUrls?.local[0]).href;
-    assert.ok(html.includes("./node_modules/"));
-    writeFileSync(join(copy, "index.html"), html.replace("./node_modules/", address));
-    await showsMosaic(page);
-  } finally {
-    await server.close();
-    await cdn.close();
-  }
+    // Another port is another origin.
+    await served(consumer, async (cdn) => {
+      const html = readFileSync(join(copy, "index.html"), "utf8");
+      assert.ok(html.includes("./node_modules/"));
+      const address = new URL("node_modules/", cdn).href;
+      writeFileSync(join(copy, "index.html"), html.replace("./node_modules/", address));
+      await showsMosaic(page);
+    });
+  });
 });
