@@ -31,14 +31,7 @@ import { summary } from "./many.mjs";
 const read = async (name) => (await fetch(new URL(name, document.baseURI))).arrayBuffer();
 document.title = await summary(read).catch(String);
 `;
-const forNode = `
-import { readFile } from "node:fs/promises";
-import { join } from "node:path";
-import { summary } from "./many.mjs";
-const photos = process.argv[2];
-const read = async (name) => Uint8Array.from(await readFile(join(photos, name))).buffer;
-summary(read).then(console.log);
-`;
+const forNode = readFileSync(join(root, "tests", "packaging", "consumer", "node-many.mjs"), "utf8");
 
 /** A project with the package, and with a program `main.js`. @param {string} name */
 function project(name, main = "", manifest = {}) {
