@@ -4,7 +4,7 @@ import { cpSync, existsSync, readFileSync, rmSync, statSync, writeFileSync } fro
 import { basename, join } from "node:path";
 import { isMain, npm, root } from "./shared.mjs";
 
-const staged = join(root, "target", "package");
+const staged = join(root, "target", "npm-package");
 
 /**
  * A document of the repository's root with absolute links, to the files of a released version.
@@ -38,7 +38,7 @@ function manifest() {
   return JSON.parse(readFileSync(join(root, "package.json"), "utf8"));
 }
 
-/** Copies what is packed to `target/package`, and returns that folder. The package must have been built. */
+/** Copies what is packed to `target/npm-package`, and returns that folder. The package must have been built. */
 export function stage() {
   rmSync(staged, { recursive: true, force: true });
   const unpublished = [join(root, "dist", "bench"), join(root, "dist", "eval")];

@@ -29,7 +29,10 @@ worker.addEventListener("activate", (event) => {
 worker.addEventListener("fetch", (event) => {
   const { request } = event as FetchEvent;
   // Only files of the page; networks from other hosts are cached by their libraries.
-  if (request.method !== "GET" || !request.url.startsWith(worker.registration.scope)) return;
+  const { scope } = worker.registration;
+  if (request.method !== "GET" || !request.url.startsWith(scope)) return;
+  // The reference of the API may lie below the page. It is no part of it, and its files keep their names when they change.
+  if (request.url.startsWith(`${scope}api/`)) return;
   (event as FetchEvent).respondWith(answer(request));
 });
 
