@@ -15,6 +15,23 @@ test("all files name one version", () => {
   assert.deepEqual(problems(versions()), []);
 });
 
+test("the lock file installs anywhere: from no certain host, and with the binaries of every platform", () => {
+  /** @type {{ packages: Record<string, { resolved?: string, integrity?: string, optionalDependencies?: object }> }} */
+  const { packages } = JSON.parse(text("package-lock.json"));
+  for (const [path, { resolved, integrity, optionalDependencies = {} }] of Object.entries(
+    packages,
+  )) {
+    assert.equal(resolved, undefined, path);
+    if (path !== "") assert.ok(integrity, path);
+    for (const name of Object.keys(optionalDependencies)) {
+      const found = [`node_modules/${name}`, `${path}/node_modules/${name}`].some(
+        (at) => packages[at],
+      );
+      assert.ok(found, `${path} lacks ${name}: was it missing from the registry at that version?`);
+    }
+  }
+});
+
 test("a tag is compared with the version of every file", () => {
   const found = new Map([
     ["package.json", "1.2.3"],
