@@ -227,6 +227,19 @@ fn photo_of_something_else_is_left_out() {
     assert_eq!(stitch_many(&photos, &options, &mut ()).unwrap_err().code(), "no-consensus");
 }
 
+/// As many photos as there may be, in three rows, most of which overlap others than those next to them.
+#[test]
+fn thirty_photos_are_one_picture() {
+    let views = scene::walk(30, 160, 107);
+    let photos = photos(&views);
+    let done = stitch_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
+    assert!(done.photos.iter().all(|photo| photo.code == PhotoCode::Used));
+    // Of each photo's best eight.
+    assert!(done.pairs.len() <= 8 * 30, "{} pairs", done.pairs.len());
+    let errors: Vec<f64> = done.photos.iter().filter_map(|photo| photo.error).collect();
+    assert!(median(errors.clone()) < 0.5, "{errors:?}");
+}
+
 #[test]
 fn groups_apart_are_told() {
     let mut views = gallery(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);

@@ -22,6 +22,6 @@ pub use measure::{distance, map_error, median};
 pub use noise::Random;
 pub use pair::{MatchOptions, Pair, SampledMatches};
 pub use photos::Photos;
-pub use presets::{plane, rotation, textureless};
+pub use presets::{plane, rotation, textureless, walk};
 pub use render::{Scene, View};
 pub use views::Views;

@@ -6,6 +6,7 @@ use super::camera::Pose;
 use super::render::Scene;
 use super::shape::Shape;
 use super::texture::Texture;
+use super::views::Views;
 
 type V = Vector3<f64>;
 
@@ -33,6 +34,20 @@ pub fn rotation() -> Scene {
     let mut scene = super::gallery();
     scene.reference.centre = scene.target.centre;
     scene
+}
+
+/// The gallery as somebody sees it who walks past and turns, taking three photos, one above the other, at each step.
+pub fn walk(count: usize, width: usize, height: usize) -> Views {
+    let scene = super::gallery();
+    let first = Pose { centre: V::new(0.0, -1.56, 0.0), yaw: 0.0, ..scene.target };
+    let middle = (count.div_ceil(3) as f64 - 1.0) / 2.0;
+    let pose = |i: usize| {
+        let (step, row) = ((i / 3) as f64 - middle, i % 3);
+        let aside = V::new(0.2 * step, 0.04 * row as f64, -0.03 * step);
+        let pitch = [0.0, 0.26, -0.24][row];
+        Pose { centre: first.centre + aside, yaw: 0.17 * step + 0.01 * row as f64, pitch, ..first }
+    };
+    scene.views(&(0..count).map(pose).collect::<Vec<_>>(), width, height)
 }
 
 /// Near and far things without anything a detector could hold on to.

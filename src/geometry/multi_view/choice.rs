@@ -3,14 +3,14 @@
 use nalgebra::Matrix3;
 
 use super::bundle::Freedom;
-use super::growth::{finish, grow};
+use super::growth::{LANDMARKS, finish, grow};
 use super::homographies::Chain;
 use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};
 use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
-use super::tracks::{Observation, Track, tracks};
+use super::tracks::{Observation, Track, thinned, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::{DepthSample, Model};
 use crate::statistics::median;
@@ -92,7 +92,9 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView
     for (camera, rotation) in turned.cameras.iter_mut().zip(average(&turns, lenses.len(), root)) {
         *camera = rotation.map(Camera::turned);
     }
-    finish(&mut turned, &tracks, root, Freedom::Rotations, focal.prior);
+    // For a comparison, and where it is chosen it has few unknowns.
+    finish(&mut turned, &thinned(&tracks, lenses.len(), LANDMARKS), root, Freedom::Rotations, focal.prior);
+    turned.triangulate(&tracks, TOLERANCE);
     let grown = grow(lenses, &focal, &tracks, &poses, &rotations);
     let chain = Chain::of(lenses, links, &turned.diagonals, root);
     let (kind, solved) = choose(lenses, links, &tracks, grown, turned, chain);
@@ -151,9 +153,13 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
 }
 
 impl MultiView {
-    /// Adjusts cameras in different places to other matches between the same photos.
+    /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
     pub fn refine(&mut self, links: &[PairLink]) {
-        self.adjust_to(&tracks(&self.lenses, links));
+        let tracks = tracks(&self.lenses, links);
+        self.adjust_to(&thinned(&tracks, self.lenses.len(), LANDMARKS));
+        if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind) {
+            scene.triangulate(&tracks, TOLERANCE);
+        }
     }
 
     /// Adjusts the cameras once more when `sharpen` has said where exactly photos show what others do: to these places alone, as

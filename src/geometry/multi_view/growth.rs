@@ -9,7 +9,7 @@ use super::placing::{Sighting, TOLERANCE, place};
 use super::relative_pose::RelativePose;
 use super::scene::{Camera, Landmark, Scene};
 use super::self_calibration::Focal;
-use super::tracks::Track;
+use super::tracks::{Track, thinned};
 use crate::sampler::Sampler;
 use crate::statistics::median;
 
@@ -17,9 +17,14 @@ use crate::statistics::median;
 const FEWEST: usize = 8;
 /// Landmarks within this of where they are seen, in pixels, while cameras are still badly placed.
 const LOOSE: f64 = 12.0;
-/// Iterations of bundle adjustment after each photo, and at the end.
+/// Iterations of bundle adjustment as photos are added, and at the end.
 const SOME: usize = 8;
 const MANY: usize = 60;
+/// All cameras are adjusted when there are so many times more of them than last time: for few photos after each, for many so rarely that
+/// the work of it all is in proportion to their number.
+const GROWTH: f64 = 1.15;
+/// Landmarks a photo that take part before the last adjustment: more say little that these do not.
+pub(super) const LANDMARKS: usize = 300;
 
 /// A scene of the photos that `rotations` connect with the root; `None` without a pair that shows parallax.
 pub(super) fn grow(
@@ -36,11 +41,14 @@ pub(super) fn grow(
     scene.cameras[first] = rotations[first].map(Camera::turned);
     // The motion is (R, t) = (R₂R₁ᵀ, t₂ − R t₁) with t₁ = 0.
     scene.cameras[second] = rotations[second].map(|rotation| Camera { rotation, translation: direction });
+    let all = tracks;
+    let tracks = &thinned(all, lenses.len(), LANDMARKS)[..];
     scene.triangulate(tracks, LOOSE);
     scene.normalise();
     adjust(&mut scene, first, Freedom::Poses, focal.prior, SOME);
     let mut sampler = Sampler::new(1);
     let mut refused = vec![false; lenses.len()];
+    let (mut placed, mut adjusted) = (2, 2);
     loop {
         scene.triangulate(tracks, LOOSE);
         scene.normalise();
@@ -57,19 +65,25 @@ pub(super) fn grow(
             continue;
         };
         scene.cameras[photo] = Some(camera);
-        scene.triangulate(tracks, LOOSE);
-        scene.normalise();
-        adjust(&mut scene, first, Freedom::Poses, focal.prior, SOME);
+        placed += 1;
+        if f64::from(placed) >= GROWTH * f64::from(adjusted) {
+            adjusted = placed;
+            scene.triangulate(tracks, LOOSE);
+            scene.normalise();
+            adjust(&mut scene, first, Freedom::Poses, focal.prior, SOME);
+        }
     }
-    finish(&mut scene, tracks, first, Freedom::Poses, focal.prior);
+    finish(&mut scene, all, first, Freedom::Poses, focal.prior);
     Some(scene)
 }
 
-/// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance.
+/// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance: at last of all of them.
 pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) {
     // Rotations alone are a coarse initial estimate.
     let first = if freedom == Freedom::Poses { LOOSE } else { 10.0 * LOOSE };
-    for tolerance in [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE] {
+    let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
+    let steps = [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE];
+    for (tolerance, tracks) in steps.into_iter().zip([&few[..], &few, &few, &few, tracks]) {
         scene.triangulate(tracks, tolerance);
         if freedom == Freedom::Poses {
             scene.normalise();

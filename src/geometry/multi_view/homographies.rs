@@ -10,8 +10,9 @@ use crate::geometry::levenberg_marquardt::{LeastSquares, minimise};
 /// Most iterations, and where they stop: when a step reduces the cost by less than this fraction.
 const ITERATIONS: usize = 40;
 const TOLERANCE: f64 = 1e-6;
-/// Most matches of a pair that take part.
+/// Most matches of a pair that take part, and of all pairs together.
 const MATCHES: usize = 400;
+const ALL_MATCHES: usize = 24_000;
 
 /// Homographies to a root, in centred coordinates.
 #[derive(Debug, Clone)]
@@ -31,11 +32,12 @@ impl Chain {
     /// Of all photos that pairs connect with the root. A pair with parallax takes part by the homography of the plane that most of
     /// its matches are close to.
     pub fn of(lenses: &[Lens], links: &[PairLink], diagonals: &[f64], root: usize) -> Self {
+        let most = (ALL_MATCHES / links.len().max(1)).clamp(1, MATCHES);
         let edges: Vec<Edge> = links
             .iter()
             .map(|link| {
                 let all = link.centred_matches(lenses);
-                let step = all.len().div_ceil(MATCHES).max(1);
+                let step = all.len().div_ceil(most).max(1);
                 let penalty = if link.kind == ModelKind::TwoView { 2 } else { 1 };
                 Edge {
                     photos: link.photos,

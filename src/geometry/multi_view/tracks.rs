@@ -70,3 +70,20 @@ pub(super) fn tracks(lenses: &[Lens], links: &[PairLink]) -> Vec<Track> {
     tracks.retain(|track| track.len() >= 2);
     tracks
 }
+
+/// Enough of the tracks for each photo to have `count` of them, as far as there are so many, in their order. The longest are preferred:
+/// they tie most photos together.
+pub(super) fn thinned(tracks: &[Track], photos: usize, count: usize) -> Vec<Track> {
+    let mut counts = vec![0; photos];
+    let mut order: Vec<usize> = (0..tracks.len()).collect();
+    order.sort_by_key(|&i| (std::cmp::Reverse(tracks[i].len()), i));
+    order.retain(|&i| {
+        let wanted = tracks[i].iter().any(|o| counts[o.photo] < count);
+        if wanted {
+            tracks[i].iter().for_each(|o| counts[o.photo] += 1);
+        }
+        wanted
+    });
+    order.sort_unstable();
+    order.into_iter().map(|i| tracks[i].clone()).collect()
+}

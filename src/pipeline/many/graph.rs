@@ -14,6 +14,10 @@ const CANDIDATES: usize = 8;
 const FEATURES: usize = 5000;
 /// The strongest features of each photo are matched first, to find the others that it may overlap.
 const STRONGEST: usize = 400;
+/// Beyond [`CANDIDATES`] photos so many of the strongest are matched at first, a sixth of the work, which is enough where so many of them
+/// agree: a photo with many neighbours needs not all matches with each.
+const FIRST: usize = 2000;
+const ENOUGH: usize = 300;
 /// Fewer inliers say nothing about a pair, though they may be more than chance.
 pub(super) const FEWEST: usize = 20;
 
@@ -49,7 +53,10 @@ pub(super) fn features(
     let all = photos.len() as f32;
     let one = |(i, photo): (usize, &ImageView<'_>)| {
         let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
-        Ok(strongest(detect(*photo, &options.features.detect, &mut portion)?, FEATURES))
+        let mut found = detect(*photo, &options.features.detect, &mut portion)?;
+        found.keypoints.truncate(FEATURES);
+        found.descriptors.truncate(FEATURES);
+        Ok(found)
     };
     photos.iter().enumerate().map(one).collect()
 }
@@ -61,7 +68,17 @@ pub(super) fn pair_graph(features: &[Features], options: &Options, observer: &mu
     let all = candidates.len() as f32;
     for (i, photos) in candidates.into_iter().enumerate() {
         let mut portion = Portion::new(observer, 0.2 + 0.8 * i as f32 / all, 0.2 + 0.8 * (i + 1) as f32 / all);
-        let (pair, link) = compare(photos, features, options, &mut portion)?;
+        let [a, b] = photos.map(|photo| &features[photo]);
+        let large = features.len() > CANDIDATES && a.keypoints.len().max(b.keypoints.len()) > FIRST;
+        let few = large.then(|| [a, b].map(|features| strongest(features, FIRST)));
+        let found = match &few {
+            Some([a, b]) => Some(compare(photos, [a, b], options, &mut Portion::new(&mut portion, 0.0, 0.2))?),
+            None => None,
+        };
+        let (pair, link) = match found.filter(|(pair, _)| pair.inliers >= ENOUGH) {
+            Some(found) => found,
+            None => compare(photos, [a, b], options, &mut portion)?,
+        };
         graph.links.extend(link);
         graph.pairs.push(pair);
     }
@@ -75,7 +92,7 @@ fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn 
     if count <= CANDIDATES {
         return Ok(all.collect());
     }
-    let few: Vec<Features> = features.iter().map(|features| strongest(features.clone(), STRONGEST)).collect();
+    let few: Vec<Features> = features.iter().map(|features| strongest(features, STRONGEST)).collect();
     let pairs = count * (count - 1) / 2;
     let mut scores: Vec<([usize; 2], usize)> = Vec::with_capacity(pairs);
     for (i, photos) in all.enumerate() {
@@ -95,20 +112,21 @@ fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn 
 }
 
 /// The strongest features of a photo: they come first.
-fn strongest(mut features: Features, count: usize) -> Features {
-    features.keypoints.truncate(count);
-    features.descriptors.truncate(count);
-    features
+fn strongest(features: &Features, count: usize) -> Features {
+    Features {
+        keypoints: features.keypoints.iter().take(count).copied().collect(),
+        descriptors: features.descriptors.iter().take(count).copied().collect(),
+        ..*features
+    }
 }
 
 /// Matches two photos and looks for one geometry that the matches agree on.
 fn compare(
     photos: [usize; 2],
-    features: &[Features],
+    [a, b]: [&Features; 2],
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<(PhotoPair, Option<PairLink>)> {
-    let [a, b] = photos.map(|photo| &features[photo]);
     let pairs = match_features(a, b, &options.features.matching, &mut Portion::new(observer, 0.0, 0.7))?;
     let matches = matches_of(a, b, &pairs);
     let mut pair = PhotoPair { photos, matches: matches.len(), inliers: 0, linked: false };
