@@ -156,8 +156,11 @@ impl MultiView {
     /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
     pub fn refine(&mut self, links: &[PairLink]) {
         let tracks = tracks(&self.lenses, links);
-        self.adjust_to(&thinned(&tracks, self.lenses.len(), LANDMARKS));
-        if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind) {
+        let enough = thinned(&tracks, self.lenses.len(), LANDMARKS);
+        self.adjust_to(&enough);
+        if enough.len() < tracks.len()
+            && let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
+        {
             scene.triangulate(&tracks, TOLERANCE);
         }
     }

@@ -22,9 +22,9 @@ const SOME: usize = 8;
 const MANY: usize = 60;
 /// All cameras are adjusted when there are so many times more of them than last time: for few photos after each, for many so rarely that
 /// the work of it all is in proportion to their number.
-const GROWTH: f64 = 1.15;
+const GROWTH: f64 = 1.14;
 /// Landmarks a photo that take part before the last adjustment: more say little that these do not.
-pub(super) const LANDMARKS: usize = 300;
+pub(super) const LANDMARKS: usize = 500;
 
 /// A scene of the photos that `rotations` connect with the root; `None` without a pair that shows parallax.
 pub(super) fn grow(

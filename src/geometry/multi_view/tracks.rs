@@ -71,9 +71,17 @@ pub(super) fn tracks(lenses: &[Lens], links: &[PairLink]) -> Vec<Track> {
     tracks
 }
 
-/// Enough of the tracks for each photo to have `count` of them, as far as there are so many, in their order. The longest are preferred:
-/// they tie most photos together.
+/// So few photos are no work.
+const FEW_PHOTOS: usize = 8;
+
+/// Of many photos enough of the tracks for each to have `count` of them, as far as there are so many, in their order. The longest are
+/// preferred: they tie most photos together. All of few photos.
 pub(super) fn thinned(tracks: &[Track], photos: usize, count: usize) -> Vec<Track> {
+    let mut present = vec![false; photos];
+    tracks.iter().flatten().for_each(|o| present[o.photo] = true);
+    if present.iter().filter(|present| **present).count() <= FEW_PHOTOS {
+        return tracks.to_vec();
+    }
     let mut counts = vec![0; photos];
     let mut order: Vec<usize> = (0..tracks.len()).collect();
     order.sort_by_key(|&i| (std::cmp::Reverse(tracks[i].len()), i));
