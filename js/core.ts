@@ -7,7 +7,7 @@ import * as manyGlue from "./wasm/many.js";
 /** The core on this thread. */
 export const core = instance(coreGlue);
 /** The core with what many photos need besides: a quarter more, which is loaded when it is needed. */
-const many = instance(manyGlue);
+export const many = instance(manyGlue);
 
 /** Names of the modules that stitch. */
 export type ModuleName = "core" | "many";
@@ -26,10 +26,12 @@ export function start(call: Pick<Call, "name">, module: WebAssembly.Module): Pro
 export function run(call: Call, onProgress: (progress: Progress) => void): Result {
   let last: Progress = { stage: "input", fraction: -1 };
   let thrown: { error: unknown } | undefined;
-  const report: Report = (stage, fraction) => {
-    // The core reports often; a hundred times per stage is enough.
-    if (stage === last.stage && fraction < 1 && fraction - last.fraction < 0.01) return true;
-    last = { stage, fraction };
+  const report: Report = (stage, fraction, subject) => {
+    const { photo, pair } = typeof subject === "number" ? { photo: subject } : { pair: subject };
+    const same = stage === last.stage && photo === last.photo && `${pair}` === `${last.pair}`;
+    // The core reports often; a hundred times per stage, photo or pair is enough.
+    if (same && fraction < 1 && fraction - last.fraction < 0.01) return true;
+    last = { stage, fraction, ...(photo !== undefined && { photo }), ...(pair && { pair }) };
     try {
       onProgress(last);
     } catch (error) {
@@ -46,7 +48,11 @@ export function run(call: Call, onProgress: (progress: Progress) => void): Resul
 }
 
 /** Receives progress; returning `false` stops the core. */
-type Report = (stage: Stage, fraction: number) => boolean;
+type Report = (
+  stage: Stage,
+  fraction: number,
+  subject: number | [number, number] | undefined,
+) => boolean;
 
 function invoke(
   raw: typeof coreGlue,

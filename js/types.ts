@@ -42,6 +42,10 @@ export interface Progress {
   stage: Stage;
   /** Completed fraction of the stage, 0 to 1. */
   fraction: number;
+  /** Of `stitchMany`: index of the photo that is worked on, if it is one. */
+  photo?: number;
+  /** Of `stitchMany`: indices of the pair that is worked on, if it is one, ascending. */
+  pair?: readonly [first: number, second: number];
 }
 
 /** Options of how a call is run; they do not change its result. */

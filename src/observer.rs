@@ -2,6 +2,18 @@
 
 use crate::{Error, Result, Stage};
 
+/// What is worked on, of many photos.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Subject {
+    /// All of them, or the only two.
+    #[default]
+    All,
+    /// The photo of this index.
+    Photo(usize),
+    /// The pair of these indices, ascending.
+    Pair([usize; 2]),
+}
+
 /// Receives progress and can cancel a call. The unit type `()` ignores progress and never cancels.
 pub trait Observer {
     /// Called with the current stage and the completed fraction of it, 0 to 1. Returning `false` stops the call with
@@ -9,6 +21,9 @@ pub trait Observer {
     fn progress(&mut self, _stage: Stage, _fraction: f32) -> bool {
         true
     }
+
+    /// Called before the work on another photo or pair begins, when there are many: what is reported from then on is of that.
+    fn subject(&mut self, _subject: Subject) {}
 
     /// A clock in milliseconds; only differences count. The core has none of its own, wasm has no `Instant`.
     fn now(&mut self) -> f64 {
@@ -56,6 +71,10 @@ impl<'a> Portion<'a> {
 impl Observer for Portion<'_> {
     fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
         self.observer.progress(self.stage.unwrap_or(stage), self.from + (self.to - self.from) * fraction)
+    }
+
+    fn subject(&mut self, subject: Subject) {
+        self.observer.subject(subject);
     }
 
     fn now(&mut self) -> f64 {

@@ -1,10 +1,10 @@
 //! Progress and time through JavaScript.
 
-use js_sys::Function;
+use js_sys::{Array, Function};
 use wasm_bindgen::prelude::*;
 
 use super::convert::to_js_error;
-use crate::observer::Observer;
+use crate::observer::{Observer, Subject};
 use crate::{Error, Stage};
 
 #[wasm_bindgen]
@@ -14,16 +14,18 @@ extern "C" {
     static PERFORMANCE: web_sys::Performance;
 }
 
-/// Calls `onProgress(stage, fraction)`. Where the callback returns `false` or throws, the call is stopped.
+/// Calls `onProgress(stage, fraction, subject)`, the last being the index of a photo, those of a pair, or undefined. Where the callback
+/// returns `false` or throws, the call is stopped.
 pub(super) struct JsObserver {
     callback: Option<Function>,
     stage: Stage,
+    subject: JsValue,
 }
 
 impl JsObserver {
     /// Before `stage`. `callback` is a function, or anything else for none.
     pub fn new(stage: Stage, callback: &JsValue) -> Self {
-        Self { callback: callback.dyn_ref::<Function>().cloned(), stage }
+        Self { callback: callback.dyn_ref::<Function>().cloned(), stage, subject: JsValue::UNDEFINED }
     }
 
     /// The JavaScript error for `error`, which names the stage reached.
@@ -36,8 +38,17 @@ impl Observer for JsObserver {
     fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
         self.stage = stage;
         let Some(callback) = &self.callback else { return true };
-        let reply = callback.call2(&JsValue::NULL, &stage.name().into(), &f64::from(fraction).into());
+        let reply = callback.call3(&JsValue::NULL, &stage.name().into(), &f64::from(fraction).into(), &self.subject);
         reply.is_ok_and(|reply| reply.as_bool() != Some(false))
+    }
+
+    fn subject(&mut self, subject: Subject) {
+        let index = |photo: usize| JsValue::from(photo as f64);
+        self.subject = match subject {
+            Subject::All => JsValue::UNDEFINED,
+            Subject::Photo(photo) => index(photo),
+            Subject::Pair(photos) => photos.map(index).iter().collect::<Array>().into(),
+        };
     }
 
     fn now(&mut self) -> f64 {

@@ -17,7 +17,9 @@ extern "C" {
     #[wasm_bindgen(typescript_type = "Options")]
     pub type FullOptions;
     /// Progress callback.
-    #[wasm_bindgen(typescript_type = "((stage: Stage, fraction: number) => boolean | void) | undefined")]
+    #[wasm_bindgen(
+        typescript_type = "((stage: Stage, fraction: number, subject: number | [number, number] | undefined) => boolean | void) | undefined"
+    )]
     pub type OnProgress;
     /// What `stitch` takes besides the photos.
     #[wasm_bindgen(typescript_type = "StitchInputs")]

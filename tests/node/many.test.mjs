@@ -39,11 +39,14 @@ test("parts of a picture become that picture, and what does not belong is left o
   const { whole, shift, all } = await photos();
   /** @type {Set<string>} */
   const stages = new Set();
+  const [seen, pairs] = [new Set(), new Set()];
   const result = await stitchMany(all, {
     worker: false,
-    onProgress: ({ stage, fraction }) => {
+    onProgress: ({ stage, fraction, photo, pair }) => {
       assert.ok(fraction >= 0 && fraction <= 1);
       stages.add(stage);
+      if (stage === "detect") seen.add(photo);
+      if (stage === "match" && pair) pairs.add(pair.join());
     },
   });
   assert.deepEqual(
@@ -59,6 +62,8 @@ test("parts of a picture become that picture, and what does not belong is left o
   for (const label of [1, 2, 4]) assert.ok(result.labels.data.includes(label), `${label}`);
   assert.ok(!result.labels.data.includes(3));
   assert.equal(result.pairs.length, 6);
+  assert.deepEqual([...seen], [0, 1, 2, 3]);
+  assert.deepEqual([...pairs].slice(0, 6), ["0,1", "0,2", "0,3", "1,2", "1,3", "2,3"]);
   for (const stage of ["detect", "match", "estimate", "warp", "blend"])
     assert.ok(stages.has(stage));
   assert.ok(Object.values(result.times).every((ms) => ms >= 0));

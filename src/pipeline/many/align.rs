@@ -9,7 +9,7 @@ use super::result::{Photo, PhotoCode, PhotoReport};
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
-use crate::observer::{Observer, report};
+use crate::observer::{Observer, Subject, report};
 use crate::pipeline::timer::StageTimer;
 use crate::warp::Projection;
 use crate::{Error, ImageView, InverseDepth, Result, Stage};
@@ -61,6 +61,7 @@ pub(super) fn align_timed(
     timer.end(Stage::Detect, observer);
     let mut graph = pair_graph(&features, stages, observer)?;
     timer.end(Stage::Match, observer);
+    observer.subject(Subject::All);
     report(observer, Stage::Estimate, 0.0)?;
     let group = largest_group(images.len(), options.reference, &graph.links);
     if group.len() < 2 {

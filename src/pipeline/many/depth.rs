@@ -5,7 +5,7 @@ use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, S
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
 use crate::metrics::bending;
-use crate::observer::{Observer, Portion};
+use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Mask, Result, View};
@@ -64,6 +64,7 @@ pub(super) fn depths(
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
     let count = used.len() as f32;
     for (i, &photo) in used.iter().enumerate() {
+        observer.subject(Subject::Photo(photo));
         let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
         if let Some(other) = best(photo) {
             depths[photo] = prior(&geometry.samples(photo, other), photos[photo], &mut portion)?;
@@ -79,6 +80,7 @@ pub(super) fn depths(
         let steps = (ROUNDS * (pairs.len() + poor.len())) as f32;
         let mut done = (round * (pairs.len() + poor.len())) as f32;
         for neighbour in pairs {
+            observer.subject(Subject::Pair(neighbour.photos));
             let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
             if let Some(refine) = refine {
                 compare(photos, neighbour.photos, geometry, &depths, refine, &mut known, &mut portion)?;
@@ -86,6 +88,7 @@ pub(super) fn depths(
             done += 1.0;
         }
         for &photo in &poor {
+            observer.subject(Subject::Photo(photo));
             let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
             if let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) {
                 let others = [other, reference];

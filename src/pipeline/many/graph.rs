@@ -2,7 +2,7 @@
 
 use crate::features::{Features, MatchOptions, detect, match_features, matches_of};
 use crate::geometry::{EstimateOptions, ModelKind, PairLink, two_view_geometry};
-use crate::observer::{Observer, Portion};
+use crate::observer::{Observer, Portion, Subject};
 use crate::pipeline::models::if_possible;
 use crate::pipeline::options::Options;
 use crate::{ImageView, Result, Stage};
@@ -52,6 +52,7 @@ pub(super) fn features(
 ) -> Result<Vec<Features>> {
     let all = photos.len() as f32;
     let one = |(i, photo): (usize, &ImageView<'_>)| {
+        observer.subject(Subject::Photo(i));
         let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
         let mut found = detect(*photo, &options.features.detect, &mut portion)?;
         found.keypoints.truncate(FEATURES);
@@ -67,6 +68,7 @@ pub(super) fn pair_graph(features: &[Features], options: &Options, observer: &mu
     let mut graph = Graph::default();
     let all = candidates.len() as f32;
     for (i, photos) in candidates.into_iter().enumerate() {
+        observer.subject(Subject::Pair(photos));
         let mut portion = Portion::new(observer, 0.2 + 0.8 * i as f32 / all, 0.2 + 0.8 * (i + 1) as f32 / all);
         let [a, b] = photos.map(|photo| &features[photo]);
         let large = features.len() > CANDIDATES && a.keypoints.len().max(b.keypoints.len()) > FIRST;
@@ -96,6 +98,7 @@ fn candidates(features: &[Features], options: &MatchOptions, observer: &mut dyn 
     let pairs = count * (count - 1) / 2;
     let mut scores: Vec<([usize; 2], usize)> = Vec::with_capacity(pairs);
     for (i, photos) in all.enumerate() {
+        observer.subject(Subject::Pair(photos));
         let mut portion = Portion::new(observer, i as f32 / pairs as f32, (i + 1) as f32 / pairs as f32);
         let [a, b] = photos;
         scores.push((photos, match_features(&few[a], &few[b], options, &mut portion)?.len()));

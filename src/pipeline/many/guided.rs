@@ -7,7 +7,7 @@ use crate::features::{
     Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, match_guided, matches_of, visible_luma,
 };
 use crate::geometry::{Model, ModelKind, MultiView, PairLink, Sight};
-use crate::observer::{Observer, Portion};
+use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::{ImageView, Result, Stage};
 
@@ -34,6 +34,7 @@ pub(super) fn more_matches(
     let mut found = Vec::new();
     let count = pairs.len() as f32;
     for (i, pair) in pairs.iter().enumerate() {
+        observer.subject(Subject::Pair(pair.photos));
         let mut portion = Portion::of_stage(observer, Stage::Match, i as f32 / count, (i + 1) as f32 / count);
         let [a, b] = pair.photos;
         let link = links.iter().find(|link| link.photos == pair.photos);
@@ -67,6 +68,7 @@ pub(super) fn refine(
     geometry.refine(links);
     let mut scenes: Vec<Option<(Luma, Option<PhotoDepth>)>> = Vec::new();
     for (photo, image) in photos.iter().enumerate() {
+        observer.subject(Subject::Photo(photo));
         let mut portion = Portion::of_stage(observer, Stage::Estimate, photo as f32 / photos.len() as f32, 1.0);
         let link = links.iter().find(|link| link.photos.contains(&photo));
         scenes.push(match link {

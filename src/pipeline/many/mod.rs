@@ -25,7 +25,7 @@ use super::Crops;
 use super::options::Options;
 use super::timer::StageTimer;
 use crate::mosaic::{Added, Composition, FillGuide, FillMethod, crop, fill};
-use crate::observer::{Observer, Portion};
+use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::report::Warning;
 use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
@@ -68,6 +68,7 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let mut clipped = false;
     let count = order.len() as f32;
     for (i, &photo) in order.iter().enumerate() {
+        observer.subject(Subject::Photo(photo));
         let (from, to) = (i as f32 / count, (i + 1) as f32 / count);
         let warped = painting.render(photo, &mut Portion::new(observer, from, to))?;
         timer.end(Stage::Warp, observer);
@@ -79,6 +80,7 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
         }
         timer.end(Stage::Blend, observer);
     }
+    observer.subject(Subject::All);
     let Some(composition) = painting.composition else { return Err(Error::NoOverlap { pixels: 0 }.into()) };
     let voids = composition.voids()?;
     let Composition { mut image, labels, offset, depth, .. } = composition;
