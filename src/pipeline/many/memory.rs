@@ -8,6 +8,8 @@ use crate::{Error, Result};
 const PHOTO: u64 = 4 + 4 + 4;
 /// Features of a photo.
 const FEATURES: u64 = 5000 * (128 + 20);
+/// Tracks of a photo, its landmarks, and their part of the equations of bundle adjustment.
+const GEOMETRY: u64 = 600_000;
 /// Per pixel of the canvas, besides what two photos take: the composition with its labels, footprint and depth.
 const CANVAS: u64 = 4 + 1 + 1 + 4;
 
@@ -25,7 +27,7 @@ impl<'a> Budget<'a> {
         let pixels = |(w, h): (usize, usize)| (w as u64).saturating_mul(h as u64);
         let (mut first, mut second, mut held) = ((0, 0), (0, 0), 0u64);
         for size in sizes {
-            held = held.saturating_add(pixels(size).saturating_mul(PHOTO)).saturating_add(FEATURES);
+            held = held.saturating_add(pixels(size).saturating_mul(PHOTO)).saturating_add(FEATURES + GEOMETRY);
             if pixels(size) > pixels(first) {
                 (first, second) = (size, first);
             } else if pixels(size) > pixels(second) {
