@@ -284,7 +284,7 @@ test("of more than thirty photos the first thirty are used, and the others wait"
   const many = await Promise.all(
     Array.from({ length: 32 }, async (_, i) => {
       // All are flat, so that nothing is found in them; no two are the same.
-      const data = new Uint8ClampedArray(4 * 8 * 8).fill(4 * i + 1);
+      const data = new Uint8ClampedArray(4 * 8 * 8).map((_, k) => (k % 4 === 3 ? 255 : 4 * i + 1));
       const name = `flat_${String(i + 1).padStart(2, "0")}.png`;
       return written(name, await encodePng({ data, width: 8, height: 8 }));
     }),
@@ -308,7 +308,9 @@ test("many photos are reduced further, and come back to their size when they are
   const { page, close } = await site.open();
   const many = await Promise.all(
     Array.from({ length: 11 }, async (_, i) => {
-      const data = new Uint8ClampedArray(4 * 1800 * 30).fill(20 * i + 1);
+      const data = new Uint8ClampedArray(4 * 1800 * 30).map((_, k) =>
+        k % 4 === 3 ? 255 : 20 * i + 1,
+      );
       const name = `wide_${String(i + 1).padStart(2, "0")}.png`;
       return written(name, await encodePng({ data, width: 1800, height: 30 }));
     }),
@@ -329,7 +331,7 @@ test("photos without common points are said to have none", async () => {
   const { page, close } = await site.open();
   const flat = await Promise.all(
     [40, 90, 140].map(async (level) => {
-      const data = new Uint8ClampedArray(4 * 64 * 64).fill(level);
+      const data = new Uint8ClampedArray(4 * 64 * 64).map((_, i) => (i % 4 === 3 ? 255 : level));
       return written(`plain_${level}.png`, await encodePng({ data, width: 64, height: 64 }));
     }),
   );
