@@ -19,6 +19,15 @@ export async function renderSample(width: number, height: number): Promise<strin
   return folder;
 }
 
+/** As {@link renderSample}, with so many photos instead of a pair: the first time it takes ten seconds per million pixels. */
+export async function renderMany(width: number, height: number, count: number): Promise<string> {
+  const folder = join(ROOT, "target", "bench-sample", `${count}x${width}x${height}`);
+  if (!existsSync(join(folder, CASE_FILE))) {
+    await example("render-sample", [folder, ...[width, height, count].map(String)]);
+  }
+  return folder;
+}
+
 /** The same stages in native code. */
 export async function nativeTimes(folder: string, method: Method, runs: number): Promise<Times> {
   const times: unknown = JSON.parse(await example("native-times", [folder, method, String(runs)]));

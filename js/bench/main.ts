@@ -5,7 +5,8 @@ import { join } from "node:path";
 import { parseArgs } from "node:util";
 
 import { CASE_FILE, loadCase } from "../cases/case.js";
-import { nativeTimes, renderSample } from "./cargo.js";
+import { nativeTimes, renderMany, renderSample } from "./cargo.js";
+import { measureMany, type ManyScale } from "./many.js";
 import { measureScale, type Scale } from "./scaling.js";
 import { STAGES, METHODS, timeStages, type Times, type Method } from "./stages.js";
 
@@ -17,6 +18,8 @@ Times the built wasm in Node, on one thread: medians in milliseconds.
   --data DIR      folder with the case nis-PTS_17 [$DEPTHSTITCH_DATA]; skipped if missing
   --no-native     skip the native counterpart
   --no-scaling    skip the measurement over image sizes
+  --no-many       skip the measurement of many photos, which are rendered the first time: that takes minutes
+  --many-only     measure nothing else
   --json FILE     write the numbers there as JSON
 `;
 
@@ -28,6 +31,12 @@ const LABELS: Readonly<Record<Method, string>> = {
   depth: "with depth maps",
   photos: "two photos alone",
 };
+/** Sets of many photos: the size that they are rendered in, and how many of them are stitched. */
+const SETS = [
+  { width: 1732, height: 1155, photos: 5, counts: [5] },
+  { width: 1225, height: 816, photos: 30, counts: [5, 10, 20, 30] },
+] as const;
+const MANY_STAGES = ["detect", "match", "estimate", "depth", "warp", "blend", "fill"] as const;
 /** Large photos take seconds each. */
 const SCALING_RUNS = 3;
 const WARM_UP = 3;
@@ -45,6 +54,8 @@ const { values: flags } = parseArgs({
     data: { type: "string", default: process.env.DEPTHSTITCH_DATA ?? "" },
     "no-native": { type: "boolean", default: false },
     "no-scaling": { type: "boolean", default: false },
+    "no-many": { type: "boolean", default: false },
+    "many-only": { type: "boolean", default: false },
     json: { type: "string" },
     help: { type: "boolean", default: false },
   },
@@ -56,8 +67,10 @@ if (flags.help) {
   const runs = Number(flags.runs);
   if (!Number.isInteger(runs) || runs < 1)
     throw new RangeError(`--runs must be an integer above 0, got ${flags.runs}`);
-  const timings = await timeCases(runs);
-  const scaling = flags["no-scaling"] ? [] : await scale();
+  const only = flags["many-only"];
+  const timings = only ? [] : await timeCases(runs);
+  const scaling = only || flags["no-scaling"] ? [] : await scale();
+  const many = flags["no-many"] ? [] : await scaleMany();
   if (flags.json) {
     const machine = {
       node: process.version,
@@ -66,7 +79,7 @@ if (flags.help) {
     };
     await writeFile(
       flags.json,
-      `${JSON.stringify({ machine, runs, timings, scaling }, null, 1)}\n`,
+      `${JSON.stringify({ machine, runs, timings, scaling, many }, null, 1)}\n`,
     );
   }
 }
@@ -135,6 +148,34 @@ async function scaleOf(method: Method): Promise<Scale[]> {
       ),
     );
     scales.push(found);
+  }
+  print("");
+  return scales;
+}
+
+async function scaleMany(): Promise<ManyScale[]> {
+  print("many photos (gallery, walking past; one run)");
+  const headings = ["used", "s", "CPU s", "s/photo", "peak MiB", "predicted", "off %"];
+  print(columns("photos", [...headings, ...MANY_STAGES.map((stage) => `${stage} s`)]));
+  const scales: ManyScale[] = [];
+  for (const { width, height, photos, counts } of SETS) {
+    const folder = await renderMany(width, height, photos);
+    for (const count of counts) {
+      const found = await measureMany(folder, count);
+      const { used, ms, megapixels, memory, predicted, processor, times } = found;
+      const stages = MANY_STAGES.map((stage) => ((times[stage] ?? 0) / 1000).toFixed(1));
+      const numbers = [
+        String(used),
+        (ms / 1000).toFixed(1),
+        processor.toFixed(1),
+        (ms / 1000 / count).toFixed(2),
+        (memory / 2 ** 20).toFixed(0),
+        (predicted / 2 ** 20).toFixed(0),
+        (100 * (predicted / memory - 1)).toFixed(0),
+      ];
+      print(columns(`${count}×${(megapixels / count).toFixed(0)} MP`, [...numbers, ...stages]));
+      scales.push(found);
+    }
   }
   print("");
   return scales;

@@ -1,4 +1,5 @@
-//! Writes the sample scene as a case folder: `render-sample OUT_DIR [WIDTH HEIGHT]`.
+//! Writes the sample scene as a case folder: `render-sample OUT_DIR [WIDTH HEIGHT [COUNT]]`. With a count it is that many photos of
+//! somebody who walks past and looks around.
 #![allow(clippy::expect_used)]
 
 #[path = "mod.rs"]
@@ -10,22 +11,53 @@ use std::path::Path;
 use depthstitch::geometry::Model;
 use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
-use scene::{MatchOptions, View};
+use scene::{Camera, MatchOptions, Pair, View, Views};
 
 /// Metres per unit of the 16-bit depth maps: up to 65 m.
 const SCALE: f64 = 0.001;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let (dir, width, height) = match args.as_slice() {
-        [dir] => (dir, 960, 640),
-        [dir, width, height] => (dir, width.parse()?, height.parse()?),
-        _ => return Err("usage: render-sample OUT_DIR [WIDTH HEIGHT]".into()),
+    let (dir, width, height, count) = match args.as_slice() {
+        [dir] => (dir, 960, 640, None),
+        [dir, width, height] => (dir, width.parse()?, height.parse()?, None),
+        [dir, width, height, count] => (dir, width.parse()?, height.parse()?, Some(count.parse()?)),
+        _ => return Err("usage: render-sample OUT_DIR [WIDTH HEIGHT [COUNT]]".into()),
     };
     let dir = Path::new(dir);
     std::fs::create_dir_all(dir)?;
-    let scene = scene::gallery();
-    let pair = scene.render(width, height);
+    match count {
+        Some(count) => write_many(dir, &scene::walk(count, width, height)),
+        None => write_pair(dir, &scene::gallery().render(width, height)),
+    }
+}
+
+/// A case of many photos.
+fn write_many(dir: &Path, views: &Views) -> Result<(), Box<dyn Error>> {
+    let (mut photos, mut depths, mut cameras) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, view) in views.0.iter().enumerate() {
+        write_view(dir, &format!("{i:02}"), view)?;
+        photos.push(format!("{i:02}.jpg"));
+        depths.push(format!("{i:02}_depth.png"));
+        let Camera { k, r, centre } = view.camera;
+        let numbers = |m: &[f64]| m.to_vec();
+        cameras.push(serde_json::json!({
+            "K": numbers(k.transpose().as_slice()),
+            "R": numbers(r.transpose().as_slice()),
+            "t": numbers((-(r * centre)).as_slice()),
+        }));
+    }
+    let case = serde_json::json!({
+        "name": "walk",
+        "photos": photos,
+        "depth": { "files": depths, "kind": "metric", "scale": SCALE, "invalid": 0 },
+        "truth": { "cameras": cameras },
+    });
+    std::fs::write(dir.join("case.json"), serde_json::to_string_pretty(&case)?)?;
+    Ok(())
+}
+
+fn write_pair(dir: &Path, pair: &Pair<'_>) -> Result<(), Box<dyn Error>> {
     write_view(dir, "target", &pair.target)?;
     write_view(dir, "reference", &pair.reference)?;
 
@@ -76,10 +108,9 @@ fn write_view(dir: &Path, name: &str, view: &View) -> Result<(), Box<dyn Error>>
     let file = std::fs::File::create(dir.join(format!("{name}.jpg")))?;
     JpegEncoder::new_with_quality(file, 92).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
 
-    if let Some(z) = view.depth.iter().find(|&&z| z / SCALE > f64::from(u16::MAX)) {
-        return Err(format!("a depth of {z} m does not fit 16 bit").into());
-    }
-    let depth: Vec<u8> = view.depth.iter().flat_map(|z| ((z / SCALE).round() as u16).to_ne_bytes()).collect();
+    // What is too far away for 16 bits is unknown: 0.
+    let code = |z: &f64| Some((z / SCALE).round()).filter(|v| *v <= f64::from(u16::MAX)).map_or(0, |v| v as u16);
+    let depth: Vec<u8> = view.depth.iter().flat_map(|z| code(z).to_ne_bytes()).collect();
     let file = std::fs::File::create(dir.join(format!("{name}_depth.png")))?;
     PngEncoder::new(file).write_image(&depth, width, height, ExtendedColorType::L16)?;
     Ok(())

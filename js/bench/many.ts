@@ -1,0 +1,81 @@
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
+
+import { CASE_FILE, loadImage } from "../cases/case.js";
+import { many } from "../core.js";
+import { stitchMany, StitchError, type ImageOutput, type StitchManyResult } from "../index.js";
+
+/** Time and memory of many photos. */
+export interface ManyScale {
+  readonly photos: number;
+  /** How many of them are in the picture. */
+  readonly used: number;
+  /** Pixels of all photos, in millions. */
+  readonly megapixels: number;
+  /** Milliseconds of the call, and of its stages. */
+  readonly ms: number;
+  readonly times: StitchManyResult["times"];
+  /** Seconds of processor time, the engine's own threads included: steadier than `ms` on a busy machine. */
+  readonly processor: number;
+  /** Bytes of wasm memory at its peak. */
+  readonly memory: number;
+  /** Bytes that the core predicts before it knows the canvas. */
+  readonly predicted: number;
+}
+
+/** Stitches the first `count` photos of the case in `folder` on a thread of its own, whose memory has never been larger. */
+export async function measureMany(folder: string, count: number): Promise<ManyScale> {
+  return new Promise((resolve, reject) => {
+    const worker = new Worker(new URL(import.meta.url), {
+      workerData: { folder, count } satisfies Job,
+    });
+    worker.once("message", (scale: ManyScale) => resolve(scale));
+    worker.once("error", reject);
+    worker.once("exit", (code) => reject(new Error(`the thread ended with ${code}`)));
+  });
+}
+
+interface Job {
+  readonly folder: string;
+  readonly count: number;
+}
+
+async function serve({ folder, count }: Job): Promise<ManyScale> {
+  const { photos: files } = JSON.parse(await readFile(join(folder, CASE_FILE), "utf8")) as {
+    photos: string[];
+  };
+  const photos = await Promise.all(
+    files.slice(0, count).map((file) => loadImage(join(folder, file))),
+  );
+  const predicted = await predictedMemory(photos);
+  const before = process.cpuUsage();
+  const start = performance.now();
+  const result = await stitchMany(photos, { worker: false });
+  const ms = performance.now() - start;
+  const { user, system } = process.cpuUsage(before);
+  return {
+    photos: photos.length,
+    used: result.photos.filter(({ used }) => used).length,
+    megapixels: photos.reduce((sum, { width, height }) => sum + width * height, 0) / 1e6,
+    ms,
+    times: result.times,
+    processor: (user + system) / 1e6,
+    memory: many.call((raw) => raw.peakMemory()),
+    predicted,
+  };
+}
+
+/** The bytes that the core refuses the photos for. */
+async function predictedMemory(photos: readonly ImageOutput[]): Promise<number> {
+  try {
+    await stitchMany(photos, { maxBytes: 1, worker: false });
+    return NaN;
+  } catch (error) {
+    if (error instanceof StitchError && error.code === "too-large")
+      return error.details.bytes ?? NaN;
+    throw error;
+  }
+}
+
+if (!isMainThread) parentPort?.postMessage(await serve(workerData as Job));
