@@ -84,7 +84,7 @@ pub(super) fn thinned(tracks: &[Track], photos: usize, count: usize) -> Vec<Trac
     }
     let mut counts = vec![0; photos];
     let mut order: Vec<usize> = (0..tracks.len()).collect();
-    order.sort_by_key(|&i| (std::cmp::Reverse(tracks[i].len()), i));
+    order.sort_unstable_by_key(|&i| (std::cmp::Reverse(tracks[i].len()), i));
     order.retain(|&i| {
         let wanted = tracks[i].iter().any(|o| counts[o.photo] < count);
         if wanted {
