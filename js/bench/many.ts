@@ -2,7 +2,7 @@ import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
 
-import { CASE_FILE, loadImage } from "../cases/case.js";
+import { CASE_FILE, loadPhoto } from "../cases/case.js";
 import { many } from "../core.js";
 import { stitchMany, StitchError, type ImageOutput, type StitchManyResult } from "../index.js";
 
@@ -46,7 +46,7 @@ async function serve({ folder, count }: Job): Promise<ManyScale> {
     photos: string[];
   };
   const photos = await Promise.all(
-    files.slice(0, count).map((file) => loadImage(join(folder, file))),
+    files.slice(0, count).map(async (file) => (await loadPhoto(join(folder, file))).image),
   );
   const predicted = await predictedMemory(photos);
   const before = process.cpuUsage();
