@@ -26,6 +26,9 @@ const palette = Array.from({ length: 255 }, (_, i) => {
   return [r, g, b, 0.75] as const;
 });
 
+/** A pixel of the reference with a smaller alpha is not there. */
+const leastAlpha = 128;
+
 /** sRGB's transfer function (IEC 61966-2-1). */
 const linear = Float64Array.from({ length: 256 }, (_, level) => {
   const v = level / 255;
@@ -57,8 +60,13 @@ export async function gainPicture(
       const at = 4 * (y * width + x);
       if (!warped.data[at + 3]) continue;
       const [u, v] = [x - left, y - top];
-      const inside = u >= 0 && v >= 0 && u < reference.width && v < reference.height;
       const there = 4 * (v * reference.width + u);
+      const inside =
+        u >= 0 &&
+        v >= 0 &&
+        u < reference.width &&
+        v < reference.height &&
+        (reference.data[there + 3] ?? 0) >= leastAlpha;
       for (let c = 0; c < 3; c++) {
         from[c] = warped.data[at + c] ?? 0;
         const mixed = average.data[at + c] ?? 0;
