@@ -5,6 +5,9 @@ import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 
 export const root = resolve(dirname(fileURLToPath(import.meta.url)), "..", "..");
+
+/** Where the real cases are: the tests on them are skipped where they are not. */
+export const dataFolder = process.env.DEPTHSTITCH_DATA ?? join(root, "../shared/data");
 export const toolsDir = join(root, "target", "tools");
 const exe = process.platform === "win32" ? ".exe" : "";
 

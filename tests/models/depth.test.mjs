@@ -8,6 +8,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { stitch, StitchError } from "depthstitch";
 import { estimateDepth, loadDepthModel, loadOnnxDepth } from "depthstitch/depth";
+import { dataFolder } from "../../js/tools/shared.mjs";
 import { rejection } from "../node/sample.mjs";
 import { BIAS, depthOf, folder, writeDepthModel } from "./networks.mjs";
 import { paint, rankCorrelation, sample, withDepth } from "./pictures.mjs";
@@ -229,7 +230,7 @@ test("FastDepth sees what is near", async (t) => {
 test("FastDepth in a room, as a sensor measured it", async (t) => {
   const { path, missing } = weights("fastdepth");
   if (missing) return t.skip(missing);
-  const room = join(process.env.DEPTHSTITCH_DATA ?? "", "kinect-0002_0003");
+  const room = join(dataFolder, "kinect-0002_0003");
   if (!existsSync(room)) return t.skip("SKIPPED: DEPTHSTITCH_DATA has no kinect-0002_0003");
   const estimator = await loadOnnxDepth({ weights: readFileSync(path), output: "metric" });
   for (const view of /** @type {const} */ (["target", "reference"])) {

@@ -5,14 +5,11 @@ import { existsSync } from "node:fs";
 import { mkdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
-import { fileURLToPath } from "node:url";
 import { stitch } from "depthstitch";
 import { loadCase } from "../../dist/cases/case.js";
+import { dataFolder, root } from "../../js/tools/shared.mjs";
 
-const root = fileURLToPath(new URL("../../", import.meta.url));
-const data = process.env.DEPTHSTITCH_DATA ?? "";
-
-for (const folder of [join(root, "target", "sample-small"), join(data, "nis-PTS_17")]) {
+for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "nis-PTS_17")]) {
   const missing = !existsSync(join(folder, "case.json"));
   const skip = missing && `no ${folder} (set DEPTHSTITCH_DATA)`;
   test(`${folder.split(/[\\/]/).at(-1)}: native and wasm agree to the byte`, { skip }, async () => {
