@@ -44,6 +44,14 @@ export async function init(source?: WasmSource): Promise<void> {
   await codecs.start(await compile(source));
 }
 
+/** What all that read a file are given. */
+function checked(bytes: unknown, maxPixels: unknown): { file: Uint8Array; most: number } {
+  return check.read(() => ({
+    file: check.bytes("bytes", bytes),
+    most: check.number("maxPixels", maxPixels),
+  }));
+}
+
 /**
  * Decodes a PNG or JPEG and applies its EXIF orientation. Colours are those of the file: see {@link readMetadata} for their profile.
  *
@@ -53,10 +61,7 @@ export async function decodeImage(
   bytes: Uint8Array | ArrayBuffer,
   maxPixels: number = MAX_PIXELS,
 ): Promise<ImageOutput> {
-  const { file, most } = check.read(() => ({
-    file: check.bytes("bytes", bytes),
-    most: check.number("maxPixels", maxPixels),
-  }));
+  const { file, most } = checked(bytes, maxPixels);
   await init();
   return codecs.call((raw) => raw.decodeImage(file, most));
 }
@@ -70,10 +75,7 @@ export async function decodeDepth(
   bytes: Uint8Array | ArrayBuffer,
   maxPixels: number = MAX_PIXELS,
 ): Promise<DepthMap> {
-  const { file, most } = check.read(() => ({
-    file: check.bytes("bytes", bytes),
-    most: check.number("maxPixels", maxPixels),
-  }));
+  const { file, most } = checked(bytes, maxPixels);
   await init();
   return codecs.call((raw) => raw.decodeDepth(file, most));
 }
@@ -87,10 +89,7 @@ export async function readMetadata(
   bytes: Uint8Array | ArrayBuffer,
   maxPixels: number = MAX_PIXELS,
 ): Promise<PhotoMetadata> {
-  const { file, most } = check.read(() => ({
-    file: check.bytes("bytes", bytes),
-    most: check.number("maxPixels", maxPixels),
-  }));
+  const { file, most } = checked(bytes, maxPixels);
   await init();
   return codecs.call((raw) => raw.readMetadata(file, most));
 }

@@ -1,10 +1,11 @@
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
-import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
+import { isMainThread, parentPort, workerData } from "node:worker_threads";
 
 import { CASE_FILE, loadPhoto } from "../cases/case.js";
 import { many } from "../core.js";
 import { stitchMany, StitchError, type ImageOutput, type StitchManyResult } from "../index.js";
+import { onThread } from "./thread.js";
 
 /** Time and memory of many photos. */
 export interface ManyScale {
@@ -26,14 +27,7 @@ export interface ManyScale {
 
 /** Stitches the first `count` photos of the case in `folder` on a thread of its own, whose memory has never been larger. */
 export async function measureMany(folder: string, count: number): Promise<ManyScale> {
-  return new Promise((resolve, reject) => {
-    const worker = new Worker(new URL(import.meta.url), {
-      workerData: { folder, count } satisfies Job,
-    });
-    worker.once("message", (scale: ManyScale) => resolve(scale));
-    worker.once("error", reject);
-    worker.once("exit", (code) => reject(new Error(`the thread ended with ${code}`)));
-  });
+  return onThread<Job, ManyScale>(import.meta.url, { folder, count });
 }
 
 interface Job {

@@ -1,9 +1,10 @@
-import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
+import { isMainThread, parentPort, workerData } from "node:worker_threads";
 
 import { loadCase, type Pair } from "../cases/case.js";
 import { core } from "../core.js";
 import { stitch, StitchError } from "../index.js";
 import { inputs, timeStages, type Method } from "./stages.js";
+import { onThread } from "./thread.js";
 
 /** Time and memory of a stitch by image size. */
 export interface Scale {
@@ -20,14 +21,7 @@ export interface Scale {
 
 /** Stitches the case in `folder` on a thread of its own: a fresh core whose memory has never been larger. */
 export async function measureScale(folder: string, method: Method, runs: number): Promise<Scale> {
-  return new Promise((resolve, reject) => {
-    const worker = new Worker(new URL(import.meta.url), {
-      workerData: { folder, method, runs } satisfies Job,
-    });
-    worker.once("message", (scale: Scale) => resolve(scale));
-    worker.once("error", reject);
-    worker.once("exit", (code) => reject(new Error(`the thread ended with ${code}`)));
-  });
+  return onThread<Job, Scale>(import.meta.url, { folder, method, runs });
 }
 
 interface Job {

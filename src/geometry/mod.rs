@@ -188,3 +188,10 @@ pub struct Estimate {
     /// What the user should know about the fit.
     pub warnings: Vec<Warning>,
 }
+
+impl Estimate {
+    /// Those of the `matches` it was fitted to that are inliers.
+    pub(crate) fn inliers_of<'a>(&'a self, matches: &'a [Match]) -> impl Iterator<Item = &'a Match> {
+        matches.iter().zip(&self.inliers).filter(|(_, inlier)| **inlier).map(|(m, _)| m)
+    }
+}

@@ -253,8 +253,8 @@ impl Alignment<'_> {
     /// The 90th percentile of the inliers' transfer errors in pixels, forward and reverse.
     pub(super) fn inlier_error(&self, matches: &[Match]) -> [f64; 2] {
         [0, 1].map(|side| {
-            let inliers = matches.iter().zip(&self.geometry.inliers).filter(|(_, inlier)| **inlier);
-            let errors = inliers.filter_map(|(m, _)| self.transfer_error(side, m)).filter(|error| !error.is_nan());
+            let inliers = self.geometry.inliers_of(matches);
+            let errors = inliers.filter_map(|m| self.transfer_error(side, m)).filter(|error| !error.is_nan());
             let errors: Vec<f64> = errors.collect();
             let rank = errors.len() * 9 / 10;
             nth(errors, rank).unwrap_or(0.0)

@@ -72,13 +72,12 @@ pub(super) fn complete(
 /// Inliers among the matches with their depth in the target (side 0) or the reference (1).
 pub(super) fn triangulated(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
     let model = [&geometry.forward, &geometry.reverse][side];
-    let inliers = matches.iter().zip(&geometry.inliers).filter(|(_, inlier)| **inlier);
     let sample = |m: &Match| {
         let ends = [m.target, m.reference];
         let depth = model.triangulate(ends[side], ends[1 - side])?;
         Some(DepthSample::new(model, ends[side], depth))
     };
-    inliers.filter_map(|(m, _)| sample(m)).collect()
+    geometry.inliers_of(matches).filter_map(sample).collect()
 }
 
 /// A surface of the target, and how it would look.

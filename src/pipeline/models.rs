@@ -157,9 +157,8 @@ impl Alignment<'_> {
             return false;
         }
         let tolerance = REVERSE_TOLERANCE * self.geometry.threshold;
-        let inliers: Vec<_> = matches.iter().zip(&self.geometry.inliers).filter(|(_, inlier)| **inlier).collect();
-        let explained =
-            inliers.iter().filter(|(m, _)| self.transfer_error(1, m).is_some_and(|error| error < tolerance));
+        let inliers: Vec<_> = self.geometry.inliers_of(matches).collect();
+        let explained = inliers.iter().filter(|m| self.transfer_error(1, m).is_some_and(|error| error < tolerance));
         explained.count() as f64 >= CONSISTENT_SHARE * inliers.len() as f64
     }
 }

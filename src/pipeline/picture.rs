@@ -57,9 +57,10 @@ impl Viewer {
 /// The picture's surface.
 #[derive(Debug, Clone)]
 pub(super) struct Picture {
-    /// From the reference's pixels to the rays of the screen, and back.
+    /// From the reference's pixels to the rays of the screen.
     turn: Matrix3<f64>,
-    back: Matrix3<f64>,
+    /// From those rays to the reference's pixels.
+    pub back: Matrix3<f64>,
     /// `None`: the reference's own plane.
     pub screen: Option<Screen>,
 }

@@ -51,11 +51,10 @@ impl ProjectedReference {
         let Estimate { forward, reverse, .. } = &alignment.geometry;
         let models = picture.models([forward, reverse], at);
         let Some(screen) = picture.screen_at(at) else { return Ok(None) };
-        let back = Model::homography(picture.models([&Model::homography(Matrix3::identity()); 2], at)[1].h);
-        let reliable = alignment.reliable.as_ref();
+        let back = &picture.back;
         let [_, reference] = alignment.views(target, reference);
-        let depth = reference.depth.map(|depth| carried_depth(depth, &image, &screen, &back)).transpose()?;
-        let reliable = reliable.map(|mask| carried_mask(mask, &image, &screen, &back)).transpose()?;
+        let depth = reference.depth.map(|depth| carried_depth(depth, &image, &screen, back)).transpose()?;
+        let reliable = alignment.reliable.as_ref().map(|mask| carried_mask(mask, &image, &screen, back)).transpose()?;
         Ok(Some(Self { image, depth, reliable, projection: picture.projection(), screen, models }))
     }
 
@@ -72,10 +71,9 @@ impl ProjectedReference {
 
 /// Where the target is in the reference's view.
 fn placed(alignment: &Alignment<'_>, matches: &[Match], target: ImageView<'_>) -> Placed {
-    let inliers = matches.iter().zip(&alignment.geometry.inliers).filter(|(_, inlier)| **inlier);
     let depth = alignment.depth[0].as_ref().and_then(|map| {
-        let depths = inliers.map(|(m, _)| map.sample(m.target[0], m.target[1])).filter(|depth| !depth.is_nan());
-        median(depths.collect())
+        let depths = alignment.geometry.inliers_of(matches).map(|m| map.sample(m.target[0], m.target[1]));
+        median(depths.filter(|depth| !depth.is_nan()).collect())
     });
     Placed { size: target.size(), model: alignment.geometry.forward, depth: depth.unwrap_or(0.0) }
 }
@@ -112,11 +110,11 @@ fn shown(
 }
 
 /// Calls `put` with every pixel that `image` shows, where that is in the photo, and the third coordinate of that place.
-fn for_each_place(image: &Image, screen: &Screen, back: &Model, put: &mut dyn FnMut(usize, [f64; 2], f64)) {
+fn for_each_place(image: &Image, screen: &Screen, back: &Matrix3<f64>, put: &mut dyn FnMut(usize, [f64; 2], f64)) {
     let (width, rays) = (image.width(), screen.rays([0.0; 2], image.size()));
     for (i, _) in image.pixels().iter().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
         let ray = rays.at(i % width, i / width).map(f64::from);
-        let [x, y, third] = (back.h * Vector3::from(ray)).into();
+        let [x, y, third] = (back * Vector3::from(ray)).into();
         if third > 0.0 {
             put(i, [x / third, y / third], third);
         }
@@ -124,14 +122,14 @@ fn for_each_place(image: &Image, screen: &Screen, back: &Model, put: &mut dyn Fn
 }
 
 /// A photo's inverse depth where `image` shows it; NaN elsewhere.
-fn carried_depth(depth: &InverseDepth, image: &Image, screen: &Screen, back: &Model) -> Result<InverseDepth> {
+fn carried_depth(depth: &InverseDepth, image: &Image, screen: &Screen, back: &Matrix3<f64>) -> Result<InverseDepth> {
     let mut values = filled(image.width() * image.height(), f32::NAN)?;
     for_each_place(image, screen, back, &mut |i, [x, y], third| values[i] = (depth.sample(x, y) * third) as f32);
     Ok(InverseDepth::from_values(values, image.width(), image.height()))
 }
 
 /// A photo's mask where `image` shows it, by the nearest pixel; 0 elsewhere.
-fn carried_mask(mask: &Mask, image: &Image, screen: &Screen, back: &Model) -> Result<Mask> {
+fn carried_mask(mask: &Mask, image: &Image, screen: &Screen, back: &Matrix3<f64>) -> Result<Mask> {
     let mut marks = zeroed(image.width() * image.height())?;
     let nearest = |at: f64, side: usize| (at.round().max(0.0) as usize).min(side - 1);
     for_each_place(image, screen, back, &mut |i, [x, y], _| {

@@ -3,7 +3,7 @@ import { make } from "../dom.js";
 import type { ManyOutcome } from "../state.js";
 import { count, size } from "../text/numbers.js";
 import { labelsBitmap } from "../view/bitmaps.js";
-import { canvasExtent, drawCanvas, mosaicScene } from "../view/canvas-views.js";
+import { canvasScene, mosaicScene } from "../view/canvas-views.js";
 import { checkbox } from "../view/controls.js";
 import type { View } from "../view/view-types.js";
 import { cssColour, photoColour } from "./colours.js";
@@ -31,7 +31,6 @@ export const manySeamView: View<ManyOutcome> = {
     const { result, photos } = outcome;
     const colours = Uint8Array.from(photos.flatMap((_, index) => photoColour(index)));
     const bitmap = await labelsBitmap(outcome, colours);
-    const extent = canvasExtent(outcome);
     let frames = false;
     const entries = photos.flatMap(({ file }, index) => {
       if (!result.photos[index]?.used) return [];
@@ -40,14 +39,9 @@ export const manySeamView: View<ManyOutcome> = {
       return [make("li", { title: file.name }, swatch, `${index + 1}\u00a0${file.name}`)];
     });
     return {
-      scene: {
-        extent,
-        space: "canvas",
-        draw(context, pixel) {
-          drawCanvas(context, bitmap, extent);
-          if (frames) drawFrames(context, outcome, pixel);
-        },
-      },
+      scene: canvasScene(outcome, bitmap, (context, pixel) => {
+        if (frames) drawFrames(context, outcome, pixel);
+      }),
       caption:
         "The photo that each pixel comes from. The seams follow pixels where the photos differ least, which avoids ghosting.",
       controls: [

@@ -8,6 +8,7 @@ import { checkbox, legend, scale } from "./controls.js";
 import { cropOutline, drawOutline } from "./crop-outline.js";
 import { drawGrid } from "./grid.js";
 import type { Opened, View, ViewContext } from "./view-types.js";
+import type { Scene } from "./viewer.js";
 import type { Extent } from "./viewport.js";
 
 /** The extent of the canvas. */
@@ -25,25 +26,31 @@ export function drawCanvas(
   context.drawImage(bitmap, x, y, width, height);
 }
 
+/** A bitmap of the canvas, and what is drawn over it. */
+export function canvasScene(
+  outcome: Outcome | ManyOutcome,
+  bitmap: ImageBitmap,
+  drawOver?: Scene["draw"],
+): Scene {
+  const extent = canvasExtent(outcome);
+  return {
+    extent,
+    space: "canvas",
+    draw(context, pixel) {
+      drawCanvas(context, bitmap, extent);
+      drawOver?.(context, pixel);
+    },
+  };
+}
+
 /** The mosaic, of two photos or many, with the outline of what would be saved. */
 export async function mosaicScene(
   outcome: Outcome | ManyOutcome,
   view: ViewContext,
 ): Promise<Pick<Opened, "scene" | "close">> {
   const bitmap = await pictureBitmap(outcome.mosaic);
-  const extent = canvasExtent(outcome);
   const saved = cropOutline(outcome, view);
-  return {
-    scene: {
-      extent,
-      space: "canvas",
-      draw(context, pixel) {
-        drawCanvas(context, bitmap, extent);
-        saved.draw(context, pixel);
-      },
-    },
-    close: saved.close,
-  };
+  return { scene: canvasScene(outcome, bitmap, saved.draw), close: saved.close };
 }
 
 export const mosaicView: View = {
@@ -72,21 +79,15 @@ export const warpView: View = {
   async open(outcome, view) {
     const { result } = outcome;
     const bitmap = await pictureBitmap(result.warped);
-    const extent = canvasExtent(outcome);
+    const { width, height } = shownReference(outcome);
     // The grid's lines are straight between its nodes, and a frame is, on a plane only.
     const plane = result.projection === "plane";
     let [grid, outline] = [plane, plane];
     return {
-      scene: {
-        extent,
-        space: "canvas",
-        draw(context, pixel) {
-          drawCanvas(context, bitmap, extent);
-          if (grid) drawGrid(context, outcome, pixel);
-          const { width, height } = shownReference(outcome);
-          if (outline) drawOutline(context, { x: 0, y: 0, width, height }, pixel);
-        },
-      },
+      scene: canvasScene(outcome, bitmap, (context, pixel) => {
+        if (grid) drawGrid(context, outcome, pixel);
+        if (outline) drawOutline(context, { x: 0, y: 0, width, height }, pixel);
+      }),
       caption:
         "The first photo as seen by the camera of the second" +
         (plane
@@ -116,10 +117,9 @@ export const gainView: View = {
   isAvailable: ({ result }) => result.gains.some((gain) => gain !== 1),
   async open(outcome, view) {
     const { bitmap, most } = await gainBitmap(outcome, () => view.averaged(outcome));
-    const extent = canvasExtent(outcome);
     const [red, green, blue] = outcome.result.gains.map((value) => value.toFixed(2));
     return {
-      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      scene: canvasScene(outcome, bitmap),
       caption: `Exposure compensation of the first photo. The mean factors of red, green and blue over the overlap, in linear light, are ${red}, ${green} and ${blue}.`,
       controls: [
         scale("gains", `darker, × ${(1 / most).toFixed(2)}`, `brighter, × ${most.toFixed(2)}`),
@@ -135,10 +135,9 @@ export const seamView: View = {
   async open(outcome) {
     const { seam } = outcome.result;
     const bitmap = await seamBitmap(outcome, seam);
-    const extent = canvasExtent(outcome);
     const both = seam.data.includes(3);
     return {
-      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      scene: canvasScene(outcome, bitmap),
       caption: both
         ? "Where the photos overlap, both are blended."
         : "The photo that each pixel comes from. The seam follows pixels where the photos differ least, which avoids ghosting.",
@@ -159,12 +158,11 @@ export const voidsView: View<Outcome | ManyOutcome> = {
   group: "steps",
   async open(outcome) {
     const bitmap = await voidsBitmap(outcome);
-    const extent = canvasExtent(outcome);
     const { voidMask } = outcome.result;
     const voids = countSet(voidMask.data);
     const share = percent(voids / voidMask.data.length);
     return {
-      scene: { extent, space: "canvas", draw: (context) => drawCanvas(context, bitmap, extent) },
+      scene: canvasScene(outcome, bitmap),
       caption:
         voids === 0
           ? `There are no gaps: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`
