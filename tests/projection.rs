@@ -3,10 +3,11 @@
 
 mod scene;
 
+use depthstitch::Image;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::warp::Projection;
 use nalgebra::Vector3;
-use scene::{MatchOptions, Pair, Photos, median};
+use scene::{Camera, MatchOptions, Pair, Photos, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -113,4 +114,22 @@ fn focal_length_need_not_be_known() {
     let [plane, cylinder] = [Projection::Plane, Projection::Cylinder].map(|p| stitched(&photos, Some(p), None));
     assert_eq!(cylinder.projection, Projection::Cylinder);
     assert!(cylinder.mosaic.image.width() < plane.mosaic.image.width());
+}
+
+/// A focal length is given for the target: that of a larger reference is as much longer.
+#[test]
+fn focal_length_is_the_same_share_of_both_diagonals() {
+    let scene = scene::gallery();
+    let pair = scene.render(SIZE.0, SIZE.1);
+    let focal = pair.target.camera.k[(0, 0)];
+    let size = (2 * SIZE.0, 2 * SIZE.1);
+    let large = scene.view(Camera::new(&scene.reference, size.0, size.1), size.0, size.1, true);
+    let mut photos = Photos::of(&pair, &EXACT);
+    photos.reference = Image::new(large.rgba, size.0, size.1).unwrap();
+    (photos.target_depth, photos.reference_depth) = (None, None);
+    photos.matches.iter_mut().for_each(|m| m.reference = m.reference.map(|at| 2.0 * at + 0.5));
+    let found = stitched(&photos, Some(Projection::Cylinder), Some(focal));
+    let width = found.projected_reference.unwrap().width() as f64;
+    let half = libm::atan((size.0 as f64 - 1.0) / 2.0 / (2.0 * focal));
+    assert!((width - 4.0 * focal * half).abs() < 4.0, "{width} instead of {} px", 4.0 * focal * half);
 }

@@ -9,6 +9,7 @@ use super::picture::{Picture, Placed, Viewer};
 use crate::geometry::{Estimate, Match, Model, pair_focal};
 use crate::image::{filled, zeroed};
 use crate::observer::Observer;
+use crate::rect::diagonal;
 use crate::statistics::median;
 use crate::warp::{Projection, Screen, WarpJob, WarpOptions, warp_within};
 use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
@@ -80,8 +81,9 @@ fn placed(alignment: &Alignment<'_>, matches: &[Match], target: ImageView<'_>) -
 
 /// The reference's camera, held upright: its focal length as given or found, otherwise self-calibrated.
 fn viewer(geometry: &Estimate, matches: &[Match], sizes: [(usize, usize); 2], options: &Options) -> Viewer {
-    let focal = options.estimate.focal.or(geometry.focal);
-    let focal = focal.unwrap_or_else(|| pair_focal(sizes, &geometry.forward, geometry.kind, matches));
+    // Given or found is the target's: the reference's is the same share of its diagonal.
+    let known = options.estimate.focal.or(geometry.focal).map(|focal| focal / diagonal(sizes[0]) * diagonal(sizes[1]));
+    let focal = known.unwrap_or_else(|| pair_focal(sizes, &geometry.forward, geometry.kind, matches));
     Viewer::upright(sizes[1], focal)
 }
 
