@@ -196,10 +196,9 @@ fn what_only_the_target_shows_looks_natural() {
     }
 }
 
-/// A network's maps bow the fence and the façade that only the target shows: a surface goes through them there, and leaves the
-/// overlap as it is.
+/// A network's maps bow the fence and the façade that only the target shows: they are corrected there so that straight lines are straight.
 #[test]
-fn inexact_maps_are_smoothed_outside() {
+fn inexact_maps_break_no_lines_outside() {
     let Some(case) = load(PAIR) else { return };
     let found = run(&case, &Options { output_depth: true, ..Options::default() }).unwrap();
     assert_eq!(found.geometry.comparison.map(|comparison| comparison.exact), Some(false));

@@ -11,16 +11,12 @@ use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Fewer samples say nothing.
-const LEAST_SAMPLES: usize = 20;
+pub(super) const LEAST_SAMPLES: usize = 20;
 /// How far from the border both photos are to show one surface, as a share of the diagonal. Twice costs 0.4 % of PSNR on the evaluation
 /// cases, half changes nothing.
 const BORDER: f64 = 0.03;
 /// How far the surface bends away to meet reliable depth, as a share of the diagonal.
-const REACH: f64 = 0.03;
-
-/// How much stiffer than by default a surface through a given map is outside. On the six real cases with inexact maps façades
-/// still bow with 0.5, and with 8 things are displaced by a quarter more.
-const MAP_STIFFNESS: f64 = 2.0;
+pub(super) const REACH: f64 = 0.03;
 
 /// How depth is completed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,39 +104,6 @@ pub fn complete_reference_depth(
     let other = OtherView { model: models[1], size: target.size() };
     let known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
     Ok(known.completed(options)?.unwrap_or_else(|| own.clone()))
-}
-
-/// Smooths a depth map where it is not reliable and leads outside of the `other` photo. There nothing corrects what is wrong with
-/// it, and its errors bend straight lines and tear edges: a surface goes through it instead, and meets it a little inside of the
-/// border.
-///
-/// # Errors
-/// Those of [`complete_depth`].
-pub(crate) fn smooth_outside(
-    measured: &MeasuredDepth<'_>,
-    photo: ImageView<'_>,
-    other: OtherView<'_>,
-    observer: &mut dyn Observer,
-) -> Result<Option<InverseDepth>> {
-    let MeasuredDepth { map, reliable, matches } = *measured;
-    let (w, h) = map.size();
-    check_size("reliable", reliable.size(), (w, h))?;
-    let point = |i: usize| [(i % w) as f64, (i / w) as f64];
-    let known = map.map_indexed(|i, depth| {
-        let given = !other.contains(point(i), f64::from(depth));
-        if given || reliable.data()[i] != 0 { depth } else { f32::NAN }
-    })?;
-    let mut known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
-    let shape = SurfaceShape { stiffness: MAP_STIFFNESS, ..SurfaceShape::default() };
-    let Some(surface) = known.surface(shape)? else { return Ok(None) };
-    drop(known);
-    let mut values = surface.dense((w, h))?;
-    let reach = REACH * diagonal(other.size);
-    for (i, (value, &own)) in values.iter_mut().zip(map.data()).enumerate() {
-        let share = (other.inset(point(i), f64::from(*value)) / reach).clamp(0.0, 1.0);
-        *value += share as f32 * (own - *value);
-    }
-    Ok(Some(InverseDepth::from_values(values, w, h)))
 }
 
 /// What is known of the depth of a photo, ready to be completed in one way or another.

@@ -2,6 +2,7 @@
 
 mod banded;
 mod completion;
+mod correction;
 pub(crate) mod holes;
 mod interpolation;
 mod pull_push;
@@ -10,8 +11,9 @@ mod surface;
 mod transfer;
 mod two_view;
 
+pub(crate) use completion::KnownDepth;
 pub use completion::{CompletionOptions, MeasuredDepth, complete_depth, complete_reference_depth};
-pub(crate) use completion::{KnownDepth, smooth_outside};
+pub(crate) use correction::correct_outside;
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};

@@ -9,7 +9,7 @@ use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
 use super::visible::VisiblePair;
-use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, refine_prior, smooth_outside};
+use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, correct_outside, refine_prior};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
@@ -198,12 +198,12 @@ impl Alignment<'_> {
             }
             return Ok(());
         }
-        if inexact {
+        if let Some(prior) = target.depth.filter(|_| inexact) {
             let matches = &triangulated(&self.geometry, matches, 0);
             let measured = MeasuredDepth { map: &refined.target, reliable: &refined.reliable[0], matches };
             let reference = OtherView { model: &forward, size: photos[1].size() };
-            if let Some(smooth) = smooth_outside(&measured, photos[0], reference, completing)? {
-                refined.target = smooth;
+            if let Some(corrected) = correct_outside(&measured, prior, photos[0], reference, completing)? {
+                refined.target = corrected;
             }
         }
         self.depth = [refined.target, refined.reference].map(|map| Some(Cow::Owned(map)));

@@ -8,22 +8,29 @@ use crate::rect::diagonal;
 // Tuned on the evaluation cases. Means of 13 pairs of real photos, two photos alone, at half and twice each:
 
 /// Weight of a sample on a straight line: PSNR changes by 0.4 %, bending outside by 2 %.
-const LINE: f64 = 8.0;
+pub(super) const LINE: f64 = 8.0;
 /// Segments shorter than this share of the diagonal are left out: at half, PSNR falls by 0.4 % and what only the target shows bends
 /// 14 % less; twice changes them by 0.3 % and 4 %.
 const SHORTEST: f64 = 0.04;
 /// An occluding edge belongs to the nearer of its sides, in pixels from the line: both change by less than 0.1 %.
 const BESIDE: f64 = 2.5;
 
-/// Terms along a straight line, whose values are affine in `along`.
+/// Terms along a straight line, whose values, less their targets, are affine in `along`.
 pub(super) struct Line {
     pub terms: Vec<Term>,
     along: Vec<f64>,
     pub weights: Vec<f64>,
+    weight: f64,
 }
 
-/// Samples along both sides of the segments.
-pub(super) fn along(mesh: &Mesh, segments: &[LineSegment], (w, h): (usize, usize)) -> Vec<Line> {
+/// Samples along both sides of the segments, each of this weight: there the values, less `target` of the point, are affine.
+pub(super) fn along(
+    mesh: &Mesh,
+    segments: &[LineSegment],
+    (w, h): (usize, usize),
+    weight: f64,
+    target: &dyn Fn([f64; 2]) -> f64,
+) -> Vec<Line> {
     let mut lines = Vec::new();
     for segment in segments {
         let length = segment.length();
@@ -41,13 +48,13 @@ pub(super) fn along(mesh: &Mesh, segments: &[LineSegment], (w, h): (usize, usize
                 let within = |p: f64, side: usize| p >= 0.0 && p <= (side - 1) as f64;
                 if within(point[0], w) && within(point[1], h) {
                     let (nodes, coefficients) = mesh.cell(point);
-                    terms.push(Term { nodes, coefficients, target: 0.0, weight: LINE, inverse_scale: 1.0 });
+                    terms.push(Term { nodes, coefficients, target: target(point), weight, inverse_scale: 1.0 });
                     along.push(t);
                 }
             }
             if terms.len() > 2 {
                 let weights = vec![0.0; terms.len()];
-                lines.push(Line { terms, along, weights });
+                lines.push(Line { terms, along, weights, weight });
             }
         }
     }
@@ -65,25 +72,31 @@ impl Line {
         if det > 1e-12 * s * s { [(tt * v - t * tv) / det, (s * tv - t * v) / det] } else { [v / s, 0.0] }
     }
 
-    fn values(&self, x: &[f64]) -> Vec<f64> {
-        self.terms.iter().map(|term| term.value(x)).collect()
-    }
-
     pub fn reweight(&mut self, x: &[f64], pass: usize) {
-        let values = self.values(x);
+        let values: Vec<f64> = self.terms.iter().map(|term| term.residual(x)).collect();
         if pass == 0 {
-            self.weights.iter_mut().for_each(|w| *w = LINE);
+            self.weights.fill(self.weight);
             return;
         }
         let [a, b] = self.affine(&values);
         for ((w, value), t) in self.weights.iter_mut().zip(values).zip(&self.along) {
-            *w = LINE * robust(value - a - b * t, pass >= ROBUST);
+            *w = self.weight * robust(value - a - b * t, pass >= ROBUST);
         }
     }
 
     /// Takes off what the matrix has of this line's terms but should not have: their affine part.
     pub fn release(&self, x: &[f64], out: &mut [f64]) {
-        let [a, b] = self.affine(&self.values(x));
+        self.release_values(&|term| term.value(x), out);
+    }
+
+    /// The same of what the right side has of their targets.
+    pub fn release_targets(&self, out: &mut [f64]) {
+        self.release_values(&|term| term.target, out);
+    }
+
+    fn release_values(&self, value: &dyn Fn(&Term) -> f64, out: &mut [f64]) {
+        let values: Vec<f64> = self.terms.iter().map(value).collect();
+        let [a, b] = self.affine(&values);
         for ((term, w), t) in self.terms.iter().zip(&self.weights).zip(&self.along) {
             let pull = w * (a + b * t);
             for (&n, c) in term.nodes.iter().zip(term.coefficients) {

@@ -42,6 +42,7 @@ pub(super) fn reweighted(
         line.reweight(start, pass);
         line.terms.iter().zip(&line.weights).for_each(|(term, w)| gather(term, *w));
     }
+    lines.iter().for_each(|line| line.release_targets(&mut right));
     let Some(factor) = matrix.clone().cholesky() else { return Ok(None) };
     Ok(Some(conjugate_gradients(&matrix, &factor, lines, right, start)))
 }
