@@ -15,11 +15,17 @@ import type {
   Options,
   PhotoInput,
   Quality,
+  Size,
   StitchInputs,
   StitchManyResult,
   StitchResult,
   Warped,
 } from "./types.js";
+
+/** What `stitch` takes besides the photos, and their features if they are known. */
+export interface KnownInputs extends StitchInputs {
+  readonly features?: readonly [target: Features, reference: Features] | undefined;
+}
 
 /** The calls that the core serves: arguments and result of each, as data that can be sent between threads. */
 export interface Calls {
@@ -27,7 +33,7 @@ export interface Calls {
     args: [
       target: ImageInput,
       reference: ImageInput,
-      inputs: StitchInputs,
+      inputs: KnownInputs,
       options: Partial<Options>,
     ];
     result: StitchResult;
@@ -50,7 +56,7 @@ export interface Calls {
     args: [
       target: ImageInput,
       reference: ImageInput,
-      inputs: StitchInputs,
+      inputs: KnownInputs,
       options: Partial<Options>,
     ];
     result: Alignment;
@@ -77,6 +83,15 @@ export interface Calls {
   fill: {
     args: [mosaic: ImageInput, voidMask: Mask, options: Partial<Options>];
     result: ImageOutput;
+  };
+  /** How many times over the memory that `stitch` is predicted to take may be taken. */
+  affordable: {
+    args: [
+      photos: readonly [target: Size, reference: Size],
+      depth: readonly [target: boolean, reference: boolean],
+      options: Partial<Options>,
+    ];
+    result: number;
   };
   measure: {
     args: [warped: Warped, reference: ImageInput, gains: readonly number[] | undefined];

@@ -21,6 +21,10 @@ import type {
   Warped,
 } from "./types.js";
 
+/** The values of the option `workers`. */
+const WORKERS = [1, 2, 4, "auto"] as const;
+type Workers = (typeof WORKERS)[number];
+
 // Typed arrays of another realm (an iframe, a test environment) are accepted, so their class is read from their tag; the
 // result is a view of this realm. Shared memory is copied, as it could change during the call.
 const views = {
@@ -303,7 +307,7 @@ export function gains(value: unknown): readonly number[] | undefined {
 
 /** Properties of options objects that are not options of the algorithm. */
 const notSettings = new Set(
-  "reference matches targetDepth referenceDepth outputDepth reliable onProgress signal worker transfer".split(
+  "reference matches targetDepth referenceDepth outputDepth reliable onProgress signal worker workers transfer".split(
     " ",
   ),
 );
@@ -337,11 +341,22 @@ export function blendInputs(value: { reliable?: Mask | null | undefined }): { re
   return isGiven(reliable) ? { reliable: mask("reliable", reliable) } : {};
 }
 
+function numberOfWorkers(value: unknown): Workers {
+  const found = WORKERS.find((workers) => workers === value);
+  if (found !== undefined) return found;
+  const got = typeof value === "number" ? value : describe(value);
+  throw invalid(
+    `workers must be 1, 2, 4 or "auto", got ${got}`,
+    typeof value === "number" ? { value } : {},
+  );
+}
+
 /** The options of how to run a call, with their defaults. */
 export function callOptions(
   options: CallOptions,
-): CallOptions & { worker: boolean; transfer: boolean } {
-  const { onProgress, signal, worker = true, transfer = false } = object("options", options);
+): CallOptions & { worker: boolean; workers: Workers; transfer: boolean } {
+  const given = object("options", options);
+  const { onProgress, signal, worker = true, workers = "auto", transfer = false } = given;
   if (onProgress !== undefined && typeof onProgress !== "function") {
     throw invalid(`onProgress must be a function, got ${describe(onProgress)}`);
   }
@@ -352,6 +367,7 @@ export function callOptions(
     onProgress: onProgress as CallOptions["onProgress"],
     signal: signal as CallOptions["signal"],
     worker: boolean("worker", worker),
+    workers: numberOfWorkers(workers),
     transfer: boolean("transfer", transfer),
   };
 }

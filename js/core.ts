@@ -12,18 +12,22 @@ export const many = instance(manyGlue);
 /** Names of the modules that stitch. */
 export type ModuleName = "core" | "many";
 
-/** The module that a call needs. */
+/** The module that a call needs. Parts of a call for many photos are performed by the same module as the whole. */
 export function moduleOf({ name }: Pick<Call, "name">): ModuleName {
   return name === "stitchMany" ? "many" : "core";
 }
 
-/** Instantiates the module that a call needs, on this thread. */
-export function start(call: Pick<Call, "name">, module: WebAssembly.Module): Promise<void> {
-  return { core, many }[moduleOf(call)].start(module);
+/** Instantiates a module on this thread. */
+export function start(name: ModuleName, module: WebAssembly.Module): Promise<void> {
+  return { core, many }[name].start(module);
 }
 
-/** Runs a call on its module, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
-export function run(call: Call, onProgress: (progress: Progress) => void): Result {
+/** Runs a call on a module, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
+export function run(
+  call: Call,
+  name: ModuleName,
+  onProgress: (progress: Progress) => void,
+): Result {
   let last: Progress = { stage: "input", fraction: -1 };
   let thrown: { error: unknown } | undefined;
   const report: Report = (stage, fraction, subject) => {
@@ -41,7 +45,8 @@ export function run(call: Call, onProgress: (progress: Progress) => void): Resul
   };
   try {
     if (call.name === "stitchMany") return many.call((raw) => raw.stitchMany(...call.args, report));
-    return core.call((raw) => invoke(raw, call, report));
+    const work = (raw: typeof coreGlue) => invoke(raw, call, report);
+    return name === "many" ? many.call(work) : core.call(work);
   } catch (error) {
     throw thrown ? thrown.error : error;
   }
@@ -80,5 +85,7 @@ function invoke(
       return raw.fill(...call.args, report);
     case "measure":
       return raw.measure(...call.args);
+    case "affordable":
+      return raw.affordable(...call.args);
   }
 }

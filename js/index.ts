@@ -9,7 +9,7 @@ import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
 import { core, moduleOf, run, start } from "./core.js";
 import { abortError, invalid, type StitchError } from "./errors.js";
-import { runInWorker } from "./host.js";
+import { runInWorkers } from "./host.js";
 import { compiler } from "./load.js";
 import { ownedCopy } from "./transfer.js";
 import type {
@@ -355,18 +355,20 @@ async function call<N extends CallName>(
   read: () => Calls[N]["args"],
   options: CallOptions,
 ): Promise<Calls[N]["result"]> {
-  const { worker, transfer, onProgress, signal } = check.read(() => check.callOptions(options));
+  const { worker, transfer, ...how } = check.read(() => check.callOptions(options));
+  const { onProgress, signal } = how;
   const request = { name, args: check.read(read) } as Call;
   if (signal?.aborted) throw abortError(signal);
   const load = compile[moduleOf(request)];
-  if (worker) return runInWorker(ownedCopy(request, transfer), load, { onProgress, signal });
+  if (worker) return runInWorkers(ownedCopy(request, transfer), load, how);
 
-  await start(request, await load());
+  const module = moduleOf(request);
+  await start(module, await load());
   const stopIfAborted = () => {
     if (signal?.aborted) throw abortError(signal);
   };
   stopIfAborted();
-  return run(request, (progress) => {
+  return run(request, module, (progress) => {
     onProgress?.(progress);
     stopIfAborted();
   });

@@ -63,6 +63,11 @@ export interface CallOptions {
    */
   worker?: boolean | undefined;
   /**
+   * How many workers may share the work (default `"auto"`: one for each processor, but no more than four). The result is the
+   * same, byte by byte. One does all of it where a second one would take more memory than `maxBytes`, or there is one processor.
+   */
+  workers?: 1 | 2 | 4 | "auto" | undefined;
+  /**
    * Whether to transfer the buffers of the inputs to the worker instead of copying them (default `false`). The caller's
    * arrays are empty afterwards. Arrays that are views of a part of a buffer are always copied.
    */

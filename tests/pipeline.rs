@@ -3,12 +3,12 @@
 
 mod scene;
 
-use depthstitch::features::track;
+use depthstitch::features::{detect, track};
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, Threshold, estimate};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::pipeline::{Options, Stitched, align, stitch};
+use depthstitch::pipeline::{Known, Options, Stitched, align, stitch, stitch_known};
 use depthstitch::report::Warning;
-use depthstitch::{InverseDepth, Rect};
+use depthstitch::{InverseDepth, Rect, View};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -423,4 +423,23 @@ fn tracked_points_count_when_they_were_fitted() {
         .map(|flags| flags[photos.matches.len()..].iter().filter(|flag| **flag).count());
     assert!(0 < fitted && fitted < tracked, "{fitted} of {tracked} are fitted");
     assert_eq!(found.geometry.tracked, fitted);
+}
+
+#[test]
+fn known_features_change_nothing_and_have_to_be_of_the_photos() {
+    let photos = Photos::of(&render(&scene::gallery()), &EXACT);
+    let [target, reference] = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
+    let options = Options::default();
+    let features = [target, reference].map(|view| detect(view.image, &options.features.detect, &mut ()).unwrap());
+    let known = Known { matches: None, features: Some(features.clone()) };
+    let found = stitch_known(known, target, reference, &options, &mut ()).unwrap();
+    let detected = stitch(None, target, reference, &options, &mut ()).unwrap();
+    assert_eq!((found.matches, found.geometry.forward), (detected.matches, detected.geometry.forward));
+    assert_eq!((found.warped.image, found.mosaic), (detected.warped.image, detected.mosaic));
+
+    let [mut narrow, other] = features;
+    narrow.size.0 -= 1;
+    let known = Known { matches: None, features: Some([narrow, other]) };
+    let error = stitch_known(known, target, reference, &options, &mut ()).unwrap_err();
+    assert_eq!((error.code(), error.details()), ("invalid-argument", [("value", 239.0)].to_vec()));
 }

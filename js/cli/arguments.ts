@@ -3,7 +3,7 @@ import { parseArgs, type ParseArgsConfig } from "node:util";
 
 import { systemCode } from "../cases/errors.js";
 import type { PairFiles } from "../cases/case.js";
-import type { Options } from "../index.js";
+import type { CallOptions, Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";
 import { identity } from "./identity.js";
 import { UsageError } from "./usage.js";
@@ -42,6 +42,8 @@ interface CommonCommand {
   readonly crop: Crop;
   /** Quality of JPEG outputs, 1 to 100. */
   readonly quality: number;
+  /** How many workers may share the work. */
+  readonly workers: NonNullable<CallOptions["workers"]>;
   /** Whether to report progress; undefined: if stderr is a terminal. */
   readonly progress: boolean | undefined;
   readonly quiet: boolean;
@@ -54,6 +56,8 @@ export const DEFAULT_QUALITY = 92;
 /** Parts of the mosaic that can be saved: the whole canvas, the largest opaque rectangle, the bounding box. */
 const CROPS = ["none", "inner", "bounds"] as const;
 export type Crop = (typeof CROPS)[number];
+
+const WORKERS = ["1", "2", "4", "auto"] as const;
 
 const IMAGE = [".png", ".jpg", ".jpeg"];
 
@@ -73,6 +77,7 @@ const FLAGS = {
   report: { type: "string" },
   quality: { type: "string" },
   crop: { type: "string" },
+  workers: { type: "string" },
   progress: { type: "boolean" },
   quiet: { type: "boolean", short: "q" },
   help: { type: "boolean", short: "h" },
@@ -123,6 +128,7 @@ export function parseCommand(args: readonly string[]): Command {
     outputs,
     crop,
     quality: Math.round(quality),
+    workers: parseWorkers(flags.workers),
     progress: flags.progress,
     quiet: flags.quiet ?? false,
   };
@@ -136,6 +142,11 @@ export function parseCommand(args: readonly string[]): Command {
   const input = parseInput(flags, positionals);
   checkPaths(outputs, "case" in input ? [] : inputPaths(input));
   return { kind: "stitch", input, ownMatches: flags["own-matches"] ?? false, ...common };
+}
+
+function parseWorkers(text = "auto"): CommonCommand["workers"] {
+  const word = labelled("workers", () => parseChoice(text, WORKERS));
+  return word === "auto" ? word : (Number(word) as 1 | 2 | 4);
 }
 
 /** The index of the photo that --reference names. */

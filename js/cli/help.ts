@@ -41,6 +41,10 @@ const OUTPUT: readonly Row[] = [
     "save the whole canvas, the largest rectangle without transparent pixels, or the bounding box of the mosaic [none]",
   ],
   ["--quality N", `JPEG quality, 1 to 100 [${DEFAULT_QUALITY}]`],
+  [
+    "--workers 1|2|4|auto",
+    "how many threads may share the work, which changes no result; auto: one for each processor, at most four [auto]",
+  ],
   ["--progress", "report progress even if stderr is not a terminal"],
   ["-q, --quiet", "print errors only"],
   ["-h, --help", "print this help"],

@@ -17,7 +17,7 @@ import type { ProgressLine } from "./progress.js";
 
 /** Reads, stitches and encodes three photos or more. */
 export async function stitchManyFiles(
-  { photos, reference, settings, outputs, quality, crop: part }: StitchManyCommand,
+  { photos, reference, settings, outputs, quality, crop: part, workers }: StitchManyCommand,
   line: ProgressLine,
   signal: AbortSignal,
 ): Promise<Produced> {
@@ -27,7 +27,7 @@ export async function stitchManyFiles(
   const colours = await matchColours(photos, decoded, reference ?? 0);
   const { images } = colours;
   const sizes = images.map(({ width, height }) => ({ width, height }));
-  const call = { onProgress: line.show, signal };
+  const call = { onProgress: line.show, signal, workers };
   // The photos are not needed any more here.
   const result = await stitchMany(images, { ...settings, reference, ...call, transfer: true });
   line.message("writing");

@@ -90,7 +90,7 @@ async function produce(
 
 /** Reads, stitches and encodes two photos. */
 async function stitchFiles(
-  { settings, outputs, quality, crop: part }: StitchCommand,
+  { settings, outputs, quality, crop: part, workers }: StitchCommand,
   files: PairFiles,
   line: ProgressLine,
   signal: AbortSignal,
@@ -106,7 +106,7 @@ async function stitchFiles(
   const colours = await matchColours([files.target, files.reference], photos, 1);
   const { colourProfile } = colours;
   const [target = pair.target, reference = pair.reference] = colours.images;
-  const call = { onProgress: line.show, signal };
+  const call = { onProgress: line.show, signal, workers };
   const result = await stitch(target, reference, {
     ...settings,
     ...call,

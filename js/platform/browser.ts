@@ -46,6 +46,11 @@ function workerOfAnotherOrigin(): Worker | undefined {
   return worker;
 }
 
+/** How many processors there are; 1 where that is not known. */
+export function processors(): number {
+  return globalThis.navigator?.hardwareConcurrency ?? 1;
+}
+
 /** Compiles a wasm file. */
 export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
   if (typeof source !== "string" && !(source instanceof URL)) return WebAssembly.compile(source);

@@ -16,6 +16,11 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
   return platform().spawn(onReply, onExit);
 }
 
+/** How many processors there are; 1 where that is not known. */
+export function processors(): number {
+  return platform().processors();
+}
+
 /** Compiles a wasm file. */
 export function compile(source: WasmSource): Promise<WebAssembly.Module> {
   return platform().compile(source);

@@ -26,6 +26,10 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
   };
 }
 
+export function processors(): number {
+  return globalThis.process.getBuiltinModule("node:os").availableParallelism();
+}
+
 export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
   const url = source instanceof URL ? source : undefined;
   return compileFetched(url?.protocol === "file:" ? await readFile(url) : source);

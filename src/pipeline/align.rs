@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 
 use super::extrapolation::{Completed, complete, triangulated};
-use super::features::{MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
+use super::features::{Known, MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
 use super::timer::StageTimer;
 use super::visible::VisiblePair;
 use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, correct_outside, refine_prior};
+use crate::features::Features;
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
@@ -56,19 +57,35 @@ pub fn align<'a>(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
+    align_known(Known::of(matches), target, reference, options, observer)
+}
+
+/// As [`align`], with what is known already.
+///
+/// # Errors
+/// As [`align`], and `invalid-argument` for features of photos of other sizes.
+pub fn align_known<'a>(
+    known: Known<'_>,
+    target: View<'a>,
+    reference: View<'a>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Alignment<'a>> {
     let views = [target, reference];
-    Memory::of(Job::of(views, matches.is_some()), options).check((0, 0))?;
+    Memory::of(Job::of(views, known.matches.is_some()), options).check((0, 0))?;
+    known.check(views.map(|view| view.image))?;
     let mut timer = StageTimer::start(observer);
-    let visible = VisiblePair::of(matches, views)?;
+    let visible = VisiblePair::of(known.matches, views)?;
     if visible.is_everything() {
-        return align_timed(matches, views, options, observer, &mut timer);
+        return align_timed(known, views, options, observer, &mut timer);
     }
-    let found = align_timed(visible.matches(matches), visible.views(views), options, observer, &mut timer)?;
+    let known = Known { matches: visible.matches(known.matches), ..known };
+    let found = align_timed(known, visible.views(views), options, observer, &mut timer)?;
     Ok(found.into_owned())
 }
 
 pub(super) fn align_timed<'a>(
-    given: Option<&[Match]>,
+    Known { matches: given, features }: Known<'_>,
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
@@ -80,7 +97,7 @@ pub(super) fn align_timed<'a>(
             timer.end(alignment.stage(), observer);
             alignment
         }
-        None => align_by_features(views, options, observer, timer)?,
+        None => align_by_features(features, views, options, observer, timer)?,
     };
     if let Some(refine) = &options.refine {
         alignment.refine_depth(given, views, refine, options, observer)?;
@@ -89,15 +106,22 @@ pub(super) fn align_timed<'a>(
     Ok(alignment)
 }
 
-/// Models and maps from matches of our own.
+/// Models and maps from matches of our own, of the features given if there are any.
 fn align_by_features<'a>(
+    features: Option<[Features; 2]>,
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let features = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
-    timer.end(Stage::Detect, observer);
+    let features = match features {
+        Some(features) => features,
+        None => {
+            let found = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
+            timer.end(Stage::Detect, observer);
+            found
+        }
+    };
     let found = match_pair(features, &options.features.matching, observer)?;
     timer.end(Stage::Match, observer);
     let first = fit_models(&found.matches, views, options, observer)?;

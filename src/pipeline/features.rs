@@ -25,6 +25,28 @@ impl Default for FeatureOptions {
     }
 }
 
+/// What is known of two photos before they are stitched.
+#[derive(Debug, Clone, Default)]
+pub struct Known<'a> {
+    /// Their matches: then features play no part.
+    pub matches: Option<&'a [Match]>,
+    /// The features of target and reference, as [`detect`] finds them with the same options.
+    pub features: Option<[Features; 2]>,
+}
+
+impl<'a> Known<'a> {
+    /// Matches, if there are any.
+    pub(super) fn of(matches: Option<&'a [Match]>) -> Self {
+        Self { matches, features: None }
+    }
+
+    /// Refuses features of photos of other sizes.
+    pub(super) fn check(&self, photos: [ImageView<'_>; 2]) -> Result<()> {
+        let Some(features) = &self.features else { return Ok(()) };
+        features.iter().zip(photos).try_for_each(|(features, photo)| features.check_size(photo.size()))
+    }
+}
+
 /// The features of both photos, and which of them correspond.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchedFeatures {

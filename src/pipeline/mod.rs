@@ -27,8 +27,8 @@ mod visible;
 
 use std::borrow::Cow;
 
-pub use align::{Alignment, align};
-pub use features::{FeatureOptions, MatchedFeatures, detect_pair, match_pair};
+pub use align::{Alignment, align, align_known};
+pub use features::{FeatureOptions, Known, MatchedFeatures, detect_pair, match_pair};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
 pub(crate) use memory::check_inputs;
 pub use memory::{Job, Memory};
@@ -105,14 +105,29 @@ pub fn stitch(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
+    stitch_known(Known::of(matches), target, reference, options, observer)
+}
+
+/// As [`stitch`], with what is known already.
+///
+/// # Errors
+/// As [`stitch`], and `invalid-argument` for features of photos of other sizes.
+pub fn stitch_known(
+    known: Known<'_>,
+    target: View<'_>,
+    reference: View<'_>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Stitched> {
     let views = [target, reference];
-    let memory = Memory::of(Job::of(views, matches.is_some()), options);
+    let memory = Memory::of(Job::of(views, known.matches.is_some()), options);
     memory.check(reference.image.size())?;
+    known.check(views.map(|view| view.image))?;
     let mut timer = StageTimer::start(observer);
-    let visible = VisiblePair::of(matches, views)?;
-    let (matches, views) = (visible.matches(matches), visible.views(views));
+    let visible = VisiblePair::of(known.matches, views)?;
+    let (matches, views) = (visible.matches(known.matches), visible.views(views));
     let [_, reference] = views;
-    let alignment = align_timed(matches, views, options, observer, &mut timer)?;
+    let alignment = align_timed(Known { matches, ..known }, views, options, observer, &mut timer)?;
     let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
     let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
     let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;

@@ -21,6 +21,12 @@ extern "C" {
         typescript_type = "((stage: Stage, fraction: number, subject: number | [number, number] | undefined) => boolean | void) | undefined"
     )]
     pub type OnProgress;
+    /// Sizes of target and reference.
+    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [Size, Size]")]
+    pub type SizePair;
+    /// Whether target and reference have something.
+    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [boolean, boolean]")]
+    pub type FlagPair;
     /// What `stitch` takes besides the photos.
     #[wasm_bindgen(typescript_type = "StitchInputs")]
     pub type StitchInputs;

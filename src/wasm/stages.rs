@@ -10,7 +10,7 @@ use super::signatures::*;
 use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
-use crate::pipeline::{self, Job, Memory, check_inputs};
+use crate::pipeline::{self, Job, Known, Memory, check_inputs};
 use crate::warp::WarpOptions;
 use crate::{Result, Stage};
 use crate::{features, metrics, mosaic, warp};
@@ -51,8 +51,9 @@ pub fn stitch(
         let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
         let photos = Photos::read(target, reference, inputs, &check)?;
         let matches = matches::optional(inputs)?;
+        let known = Known { matches: matches.as_deref(), features: matches::optional_features(inputs)? };
         let input_time = observer.now() - start;
-        let done = pipeline::stitch(matches.as_deref(), photos.target(), photos.reference(), &options, observer)?;
+        let done = pipeline::stitch_known(known, photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &done.geometry, &done.warnings);
         results::add_warped(&result, &done.warped);
@@ -73,6 +74,20 @@ pub fn stitch(
         Ok(result)
     })
     .map(JsCast::unchecked_into)
+}
+
+/// How many times over the memory that `stitch` is predicted to take may be taken. `photos` are the sizes of target and reference,
+/// `depth` whether they have depth maps.
+#[wasm_bindgen]
+pub fn affordable(photos: &SizePair, depth: &FlagPair, options: &PartialOptions) -> std::result::Result<f64, JsValue> {
+    observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| {
+        let options = options::from_js(options)?;
+        let [target, reference] = [0, 1].map(|i| size_from_js("photo", &photos.get(i)));
+        let depth = [0, 1].map(|i| depth.get(i).is_truthy());
+        let job = Job { photos: [target?, reference?], depth, matches: false, masked: [false; 2] };
+        let (_, bytes) = Memory::of(job, &options).peak(job.photos[1]);
+        Ok((options.warp.max_bytes / bytes.max(1)) as f64)
+    })
 }
 
 /// Features of one photo.
@@ -176,7 +191,8 @@ pub fn align(
         let options = options::from_js(options)?;
         let photos = Photos::read(target, reference, inputs, &|job| Memory::of(job, &options).check((0, 0)))?;
         let given = matches::optional(inputs)?;
-        let alignment = pipeline::align(given.as_deref(), photos.target(), photos.reference(), &options, observer)?;
+        let known = Known { matches: given.as_deref(), features: matches::optional_features(inputs)? };
+        let alignment = pipeline::align_known(known, photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
         let matches = alignment.matches.as_deref().or(given.as_deref());
@@ -281,11 +297,11 @@ fn gains_from_js(value: &JsValue) -> Result<[f64; 3]> {
 }
 
 /// Runs `f`, which starts with `stage`, and turns its error into a JavaScript one that names the stage it came from.
-pub(super) fn observed(
+pub(super) fn observed<T>(
     stage: Stage,
     on_progress: &JsValue,
-    f: &mut dyn FnMut(&mut JsObserver) -> Result<JsValue>,
-) -> std::result::Result<JsValue, JsValue> {
+    f: &mut dyn FnMut(&mut JsObserver) -> Result<T>,
+) -> std::result::Result<T, JsValue> {
     let mut observer = JsObserver::new(stage, on_progress);
     f(&mut observer).map_err(|error| observer.error(&error))
 }

@@ -1,0 +1,137 @@
+// The worker threads. Each performs one call at a time; calls wait until one is free.
+import { spawn, type Port } from "./platform/index.js";
+import type { Call, Result } from "./calls.js";
+import type { ModuleName } from "./core.js";
+import { StitchError } from "./errors.js";
+import { loadError } from "./load.js";
+import { buffersOf } from "./transfer.js";
+import type { Progress } from "./types.js";
+import type { Reply, Request } from "./worker/serve.js";
+
+/** What comes back from a worker: with `returned`, the call's arguments too, whose buffers the worker had been given. */
+export type Performed = { result: Result; args?: Call["args"] } | Refused;
+/** The core refused the call. */
+export type Refused = { error: StitchError; args?: Call["args"] };
+
+interface Task {
+  request: Request;
+  onProgress: (progress: Progress) => void;
+  resolve: (performed: Performed) => void;
+  reject: (error: unknown) => void;
+}
+
+interface Thread {
+  port: Port;
+  task: Task | undefined;
+}
+
+const waiting: Task[] = [];
+const threads: Thread[] = [];
+/** How many threads there may be. */
+let most = 1;
+/** The module that the threads have instantiated, whose memory does not shrink: another one gets new threads. */
+let loaded: ModuleName | undefined;
+
+/** Says what the next calls need. */
+export function prepare(module: ModuleName, workers: number): void {
+  if (loaded !== module) stop();
+  loaded = module;
+  most = workers;
+}
+
+/**
+ * Performs a call in a worker, to which its buffers are transferred.
+ *
+ * @throws {StitchError} if the worker cannot be started or ends, or the core fails; what `onProgress` throws.
+ */
+export function perform(
+  request: Request,
+  onProgress: (progress: Progress) => void,
+): Promise<Performed> {
+  return new Promise((resolve, reject) => {
+    waiting.push({ request, onProgress, resolve, reject });
+    assign();
+  });
+}
+
+/** Lets threads be: in Node they do not keep the process alive. */
+export function rest(): void {
+  for (const { port } of threads) port.busy(false);
+}
+
+/** Ends all threads; calls that run or wait never settle. */
+export function stop(): void {
+  waiting.length = 0;
+  // Forgotten first: in Deno a worker reports its end before `terminate` returns, and this is not the end of a call.
+  for (const { port } of threads.splice(0)) port.terminate();
+}
+
+/** Gives calls that wait to threads that are free. */
+function assign(): void {
+  while (waiting.length > 0) {
+    const free = threads.find(({ task }) => !task);
+    if (!free && threads.length >= most) return;
+    const task = waiting.shift();
+    if (!task) return;
+    try {
+      const thread = free ?? start();
+      thread.task = task;
+      thread.port.busy(true);
+      thread.port.post(task.request, [...buffersOf(task.request.call.args)]);
+    } catch (cause) {
+      task.reject(loadError("could not start the worker", cause));
+    }
+  }
+}
+
+function start(): Thread {
+  let ready = false;
+  const port = spawn(
+    (reply) => {
+      if ("ready" in reply) ready = true;
+      else receive(thread, reply);
+    },
+    (cause) => {
+      const at = threads.indexOf(thread);
+      if (at < 0) return;
+      threads.splice(at, 1);
+      thread.task?.reject(
+        ready ? terminated(cause) : loadError("could not start the worker", cause),
+      );
+    },
+  );
+  const thread: Thread = { port, task: undefined };
+  threads.push(thread);
+  return thread;
+}
+
+function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
+  const { task } = thread;
+  // A thread that was stopped may still send messages.
+  if (!task || !threads.includes(thread)) return;
+  if ("progress" in reply) {
+    try {
+      task.onProgress(reply.progress);
+    } catch (error) {
+      task.reject(error);
+    }
+    return;
+  }
+  thread.task = undefined;
+  if ("result" in reply) task.resolve(reply);
+  else {
+    const error = new StitchError(reply.error);
+    // After anything else the memory of the core is in an undefined state, or full.
+    if (["internal", "load-failed", "out-of-memory"].includes(error.code)) task.reject(error);
+    else task.resolve({ ...reply, error });
+  }
+  assign();
+}
+
+/** The error of a call whose worker terminated. */
+function terminated(cause: Error): StitchError {
+  const code =
+    "code" in cause && cause.code === "ERR_WORKER_OUT_OF_MEMORY" ? "out-of-memory" : "internal";
+  const message = `the worker terminated unexpectedly: ${cause.message}`;
+  return new StitchError({ code, stage: "input", message, details: {} }, { cause });
+}

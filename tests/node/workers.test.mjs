@@ -1,0 +1,160 @@
+// Several workers share the work: the same result as of one, and the same ways to end it.
+import assert from "node:assert/strict";
+import { availableParallelism } from "node:os";
+import { test } from "node:test";
+import { align, stitch } from "depthstitch";
+import { rejection, sample } from "./sample.mjs";
+
+/** @typedef {import("depthstitch").ImageOutput} ImageOutput */
+/** @typedef {import("depthstitch").StitchOptions} StitchOptions */
+
+const { target, reference, inputs } = await sample();
+const skip = availableParallelism() < 2 && "one processor";
+
+/** A copy of which the left half is transparent. @param {ImageOutput} image */
+function half({ data, width, height }) {
+  const copy = data.slice();
+  for (let i = 3; i < copy.length; i += 4) if (((i >> 2) % width) * 2 < width) copy[i] = 0;
+  return { data: copy, width, height };
+}
+
+/** The workers started while `work` runs. @param {() => Promise<unknown>} work */
+async function started(work) {
+  /** @type {import("node:worker_threads").Worker[]} */
+  const workers = [];
+  /** @param {import("node:worker_threads").Worker} worker */
+  const remember = (worker) => void workers.push(worker);
+  await endAll();
+  process.on("worker", remember);
+  try {
+    await work();
+  } finally {
+    process.off("worker", remember);
+  }
+  return workers;
+}
+
+/** Ends the workers there are, as aborting does. */
+async function endAll() {
+  const controller = new AbortController();
+  const aborted = rejection(stitch(target, reference, { ...inputs, signal: controller.signal }));
+  controller.abort();
+  await aborted;
+}
+
+/** @type {[string, ImageOutput, StitchOptions][]} */
+const pairs = [
+  ["two photos alone", target, {}],
+  ["one is transparent in part", half(target), {}],
+  ["with a depth map", target, { targetDepth: inputs.targetDepth }],
+];
+for (const [name, photo, options] of pairs) {
+  test(`${name}: two workers make what one makes`, { skip }, async () => {
+    const { times: alone, ...expected } = await stitch(photo, reference, {
+      ...options,
+      workers: 1,
+    });
+    const workers = await started(async () => {
+      const { times, ...found } = await stitch(photo, reference, { ...options, workers: 2 });
+      assert.deepEqual(found, expected);
+      assert.deepEqual(Object.keys(times), Object.keys(alone));
+      const aligned = await align(photo, reference, { ...options, workers: 2 });
+      assert.deepEqual(aligned, await align(photo, reference, { ...options, workers: 1 }));
+    });
+    assert.equal(workers.length, 2);
+  });
+}
+
+test("progress of two workers is that of one stage after another", async () => {
+  /** @type {import("depthstitch").Progress[]} */
+  const seen = [];
+  await stitch(target, reference, {
+    workers: 2,
+    onProgress: (progress) => void seen.push(progress),
+  });
+  const stages = seen.map(({ stage }) => stage).filter((stage, i, all) => stage !== all[i - 1]);
+  assert.deepEqual(stages.slice(0, 3), ["input", "detect", "match"]);
+  assert.equal(stages.indexOf("input", 1), -1);
+  const detection = seen.filter(({ stage }) => stage === "detect");
+  detection.forEach(({ fraction }, i) => assert.ok(fraction >= (detection[i - 1]?.fraction ?? 0)));
+  assert.equal(detection.at(-1)?.fraction, 1);
+});
+
+test("what is refused is refused in the same words", async () => {
+  const nowhere = { ...reference, data: new Uint8ClampedArray(reference.data.length) };
+  const short = { ...reference, data: reference.data.slice(4) };
+  for (const [photo, options] of /** @type {const} */ ([
+    [nowhere, {}],
+    [short, {}],
+    [reference, { maxBytes: 1000 }],
+    [reference, { matchRatio: 2 }],
+  ])) {
+    const [one, two] = [
+      await rejection(stitch(target, photo, { ...options, workers: 1 })),
+      await rejection(stitch(target, photo, { ...options, workers: 2 })),
+    ];
+    assert.deepEqual({ ...two, message: two.message }, { ...one, message: one.message });
+  }
+});
+
+test("one worker where two would take too much memory", { skip }, async () => {
+  const { details } = await rejection(stitch(target, reference, { maxBytes: 1 }));
+  assert.ok(details.bytes);
+  const maxBytes = 1.9 * details.bytes;
+  const few = await started(() => stitch(target, reference, { maxBytes, workers: 4 }));
+  assert.equal(few.length, 1);
+});
+
+test("an array passed as both photos", async () => {
+  const once = await stitch(target, target, { workers: 1, transfer: false });
+  const copy = { ...target, data: target.data.slice() };
+  const twice = await stitch(copy, copy, { workers: 2, transfer: true });
+  assert.deepEqual(twice.mosaic, once.mosaic);
+});
+
+test("any of the workers may die: the call rejects, the next one works", { skip }, async () => {
+  for (const which of [0, 1]) {
+    /** @type {import("node:worker_threads").Worker[]} */
+    const workers = [];
+    const remember = (/** @type {import("node:worker_threads").Worker} */ worker) =>
+      void workers.push(worker);
+    await endAll();
+    process.on("worker", remember);
+    /** @param {import("depthstitch").Progress} progress */
+    const onProgress = ({ stage }) => {
+      if (stage === "detect") void workers[which]?.terminate();
+    };
+    const error = await rejection(stitch(target, reference, { workers: 2, onProgress }));
+    process.off("worker", remember);
+    // The second one may not have started yet.
+    assert.match(error.code, /^(internal|load-failed)$/);
+    assert.match(error.message, /worker/);
+    assert.ok((await stitch(target, reference, { workers: 2 })).mosaic.width > 0);
+  }
+});
+
+test("aborting and throwing end the call while two workers work", async () => {
+  const controller = new AbortController();
+  /** @param {import("depthstitch").Progress} progress */
+  const abort = ({ stage }) => void (stage === "detect" && controller.abort());
+  const { signal } = controller;
+  const error = await rejection(
+    stitch(target, reference, { workers: 2, signal, onProgress: abort }),
+  );
+  assert.equal(error.name, "AbortError");
+  const mine = new Error("mine");
+  const onProgress = () => {
+    throw mine;
+  };
+  await assert.rejects(stitch(target, reference, { workers: 2, onProgress }), mine);
+  assert.ok((await stitch(target, reference, { workers: 2 })).mosaic.width > 0);
+});
+
+test("workers must be 1, 2, 4 or auto", async () => {
+  for (const workers of [0, 3, "two", null]) {
+    const options = /** @type {StitchOptions} */ ({ workers });
+    const error = await rejection(stitch(target, reference, options));
+    assert.equal(error.code, "invalid-argument");
+    assert.match(error.message, /^workers must be/);
+  }
+});
