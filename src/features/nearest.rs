@@ -1,7 +1,7 @@
 //! The nearest descriptors of two photos: the nearest few in some coefficients of a transform, for both photos in one pass, and of
 //! these the nearest in all.
 
-use wide::{CmpLt, i16x8, i32x4};
+use wide::{CmpLt, i16x8, i32x4, u8x16};
 
 use super::LENGTH;
 use super::walsh::{COUNT, coefficients};
@@ -51,8 +51,18 @@ impl Nearest {
 
 /// The squared distance of two descriptors.
 pub(super) fn squared_distance(a: &[u8; LENGTH], b: &[u8; LENGTH]) -> i32 {
-    let difference = |(&a, &b): (&u8, &u8)| i32::from(a) - i32::from(b);
-    a.iter().zip(b).map(difference).map(|d| d * d).sum()
+    let mut sum = i32x4::splat(0);
+    for (a, b) in a.as_chunks::<16>().0.iter().zip(b.as_chunks::<16>().0) {
+        let (a, b) = (u8x16::new(*a), u8x16::new(*b));
+        // Of two bytes one difference is zero.
+        let apart = (a.saturating_sub(b)) | (b.saturating_sub(a));
+        let halves: [u8x16; 2] = [u8x16::unpack_low(apart, u8x16::ZERO), u8x16::unpack_high(apart, u8x16::ZERO)];
+        for half in halves {
+            let half: i16x8 = bytemuck::cast(half);
+            sum += half.dot(half);
+        }
+    }
+    sum.reduce_add()
 }
 
 /// The nearest descriptors by their coefficients, in ascending order of the distance.
@@ -127,6 +137,21 @@ impl Group {
         Self { values: bytemuck::cast(values), norms: i32x4::new(norms) }
     }
 
+    /// One of them four times over.
+    fn only(&self, lane: usize) -> Self {
+        let only = |lanes: [i32; LANES]| i32x4::splat(lanes[lane % LANES]);
+        let values = self.values.map(|values| bytemuck::cast(only(bytemuck::cast(values))));
+        Self { values, norms: only(self.norms.to_array()) }
+    }
+
+    /// The squared distances of all four of another group from those in the same lanes of this.
+    #[inline(always)]
+    fn distances_by_lane(&self, others: &Self) -> i32x4 {
+        let pairs = self.values.iter().zip(&others.values);
+        let product = pairs.fold(i32x4::splat(0), |sum, (values, others)| sum + values.dot(*others));
+        self.norms + others.norms - (product + product)
+    }
+
     /// The squared distances of all four of another group from each of this.
     #[inline(always)]
     fn distances(&self, others: &Self) -> [i32x4; LANES] {
@@ -163,10 +188,11 @@ impl<'a> Descriptors<'a> {
     pub fn any_within(&self, limit: i32, (other, index): (&Descriptors<'_>, u32), except: u32) -> bool {
         let Some(own) = other.all.get(index as usize) else { return false };
         let Some(group) = other.groups.get(index as usize / LANES) else { return false };
+        let group = group.only(index as usize);
         // Both sides are at most 2³⁰.
         let bound = i32x4::splat(limit.saturating_mul(LENGTH as i32).saturating_add(1).min(FAR_APART));
-        self.groups.iter().zip(self.all.chunks(LANES)).zip((0..).step_by(LANES)).any(|((groups, four), first)| {
-            let distances = group.distances(groups)[index as usize % LANES];
+        self.groups.iter().zip(self.all.chunks(LANES)).zip((0..).step_by(LANES)).any(|((others, four), first)| {
+            let distances = group.distances_by_lane(others);
             distances.cmp_lt(bound).any()
                 && four.iter().zip(first..).any(|(other, i)| i != except && squared_distance(own, other) <= limit)
         })

@@ -20,22 +20,22 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     let (width, cells) = (canvas.width, canvas.width * canvas.height);
     let (left, top) = canvas.offset;
     let size = reference.size();
-    let in_reference = |at: usize| {
-        let (x, y) = ((at % width).wrapping_sub(left), (at / width).wrapping_sub(top));
-        x < size.0 && y < size.1 && reference.is_there(reference.pixel(x, y))
-    };
     let (w, h) = (size.0 as f64, size.1 as f64);
     let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;
     let mut covered: Vec<u8> = zeroed(cells)?;
-    let mark = |covered: &mut [u8], shown: &dyn Fn(usize) -> bool| {
-        for (at, covered) in covered.iter_mut().enumerate() {
-            *covered = if in_reference(at) { REFERENCE } else { u8::from(shown(at)) };
+    let mark_reference = |covered: &mut [u8]| {
+        let rows = covered.chunks_exact_mut(width).skip(top).zip(reference.pixels().chunks_exact(size.0));
+        for (covered, pixels) in rows {
+            let there = covered.iter_mut().skip(left).zip(pixels).filter(|(_, pixel)| reference.is_there(**pixel));
+            there.for_each(|(covered, _)| *covered = REFERENCE);
         }
     };
     // Specks in voids are filled over.
-    mark(&mut covered, &|at| image.pixels()[at][3] != 0);
+    covered.iter_mut().zip(image.pixels()).for_each(|(covered, pixel)| *covered = u8::from(pixel[3] != 0));
+    mark_reference(&mut covered);
     drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |at| image.pixels_mut()[at] = [0; 4])?;
-    mark(&mut covered, &|at| footprint.data()[at] != 0);
+    covered.iter_mut().zip(footprint.data()).for_each(|(covered, shown)| *covered = u8::from(*shown != 0));
+    mark_reference(&mut covered);
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
     // Where a disc has room, and a margin around it, so that corners are not cut off.
     let inwards = distance(cells, width, &|at| covered[at] == 0)?;
