@@ -132,8 +132,11 @@ export function photos(value: unknown): PhotoInput[] {
 }
 
 /** The inputs of `stitchMany` besides the photos. */
-export function manyInputs({ reference }: ManyInputs): ManyInputs {
-  return isGiven(reference) ? { reference: number("reference", reference) } : {};
+export function manyInputs({ reference, outputDepth = false }: ManyInputs): ManyInputs {
+  return {
+    ...(isGiven(reference) && { reference: number("reference", reference) }),
+    outputDepth: boolean("outputDepth", outputDepth),
+  };
 }
 
 export function bytes(name: string, value: unknown): Uint8Array {

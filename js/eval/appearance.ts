@@ -1,4 +1,4 @@
-import type { ImageInput, Mask, StitchResult } from "../index.js";
+import type { ImageInput, Mask, StitchManyResult, StitchResult } from "../index.js";
 import { instance } from "../instance.js";
 import { compiler } from "../load.js";
 import type { Values } from "./measures.js";
@@ -6,6 +6,9 @@ import * as glue from "./wasm/evaluation.js";
 
 const evaluation = instance(glue);
 const compile = compiler(() => new URL("./wasm/evaluation_bg.wasm", import.meta.url));
+
+/** Fewer lines say nothing. */
+const FEW_LINES = 5;
 
 type Look = Pick<
   Values,
@@ -39,6 +42,31 @@ export async function appearance(
     broken_outside: seen.brokenOutside,
     bending: seen.bending,
   };
+}
+
+/** Share of all seams of a mosaic along which a step shows. */
+export async function visibleSteps({
+  mosaic,
+  labels,
+}: Pick<StitchManyResult, "mosaic" | "labels">): Promise<number | null> {
+  await evaluation.start(await compile());
+  return evaluation.call((raw) => raw.visibleSteps(mosaic, labels));
+}
+
+/** Share of the straight lines of all photos but the reference that the maps into it break; null of few. */
+export async function brokenLines(
+  photos: readonly ImageInput[],
+  { photos: reports, reference }: Pick<StitchManyResult, "photos" | "reference">,
+): Promise<number | null> {
+  await evaluation.start(await compile());
+  let [lines, broken] = [0, 0];
+  photos.forEach((photo, i) => {
+    const { forward, inverseDepth } = reports[i] ?? {};
+    if (i === reference || !forward) return;
+    const found = evaluation.call((raw) => raw.brokenLines(photo, forward, inverseDepth));
+    [lines, broken] = [lines + found.lines, broken + found.broken];
+  });
+  return lines < FEW_LINES ? null : broken / lines;
 }
 
 /** A picture on a canvas, and where the reference lies there. */

@@ -10,6 +10,8 @@ import { MODES, type Mode } from "./modes.js";
 /** What an evaluation is asked to do. */
 export interface Request {
   readonly data: string;
+  /** Whether the folders are sets of photos for `stitchMany`, instead of pairs. */
+  readonly many: boolean;
   readonly modes: readonly (readonly [name: string, mode: Mode])[];
   /** Whether a case of this name is wanted. */
   readonly wanted: (name: string) => boolean;
@@ -30,12 +32,17 @@ export interface Request {
 
 /** Where the case folders are without `DEPTHSTITCH_DATA`. */
 const DATA = "../shared/data";
+/** Where the sets of photos are by default. */
+const SETS = "../shared/many";
 
 export const HELP = `Usage: npm run eval -- --data DIR [options]
 
 Stitches every case folder in DIR and prints what it measures: of the overlap unless something else is asked for.
 
   --data DIR           folder of case folders, or one case folder [$DEPTHSTITCH_DATA, or ${DATA}]
+  --many [DIR]         sets of photos instead of pairs: those used and missing, cameras against the true ones, where pixels
+                       land against exact depth, steps along all seams, broken lines [${SETS}]
+  --leave-out          of sets, too: one photo is left out, and what the others show there is compared with it
   --mode MODE[,MODE]   ${[...MODES.keys()].join(", ")} [default]
   --cases GLOB[,GLOB]  only the cases of these names; * and ? as in a shell
   --matches WHOSE      supplied: those of the case; own: our matcher's [supplied]
@@ -61,7 +68,7 @@ Stitches every case folder in DIR and prints what it measures: of the overlap un
  * @throws UsageError
  */
 export function parseRequest(args: readonly string[]): Request | undefined {
-  const flags = parse(args);
+  const flags = parse(withDefault(args));
   if (flags.help) return undefined;
   const matches = flags.matches ?? "supplied";
   if (matches !== "supplied" && matches !== "own")
@@ -80,7 +87,8 @@ export function parseRequest(args: readonly string[]): Request | undefined {
     applySetting(settings, name, assignment.slice(equals + 1), name);
   }
   return {
-    data: flags.data ?? process.env.DEPTHSTITCH_DATA ?? DATA,
+    data: flags.many ?? flags.data ?? process.env.DEPTHSTITCH_DATA ?? DATA,
+    many: flags.many !== undefined,
     modes: modeNames(flags).map((name) => [name, modeOf(name)] as const),
     wanted: globs(flags.cases ?? "*"),
     settings,
@@ -94,12 +102,22 @@ export function parseRequest(args: readonly string[]): Request | undefined {
   };
 }
 
+/** `--many` may stand alone. */
+function withDefault(args: readonly string[]): string[] {
+  return args.flatMap((arg, i) => {
+    const alone = arg === "--many" && (args[i + 1] ?? "--").startsWith("--");
+    return alone ? [arg, SETS] : [arg];
+  });
+}
+
 function parse(args: readonly string[]) {
   try {
     return parseArgs({
       args: [...args],
       options: {
         data: { type: "string" },
+        many: { type: "string" },
+        "leave-out": { type: "boolean" },
         mode: { type: "string" },
         cases: { type: "string" },
         matches: { type: "string" },
@@ -133,7 +151,11 @@ function groupsOf(flags: {
   readonly stability?: boolean;
   readonly hidden?: boolean;
   readonly lpips?: string;
+  readonly many?: string;
+  readonly "leave-out"?: boolean;
 }): Set<Group> {
+  if (flags.many !== undefined)
+    return new Set<Group>(flags["leave-out"] ? ["set", "leaveOut"] : ["set"]);
   const asked = (["look", "stability", "hidden", "lpips"] as const).filter((group) => flags[group]);
   return new Set<Group>(asked.length > 0 ? asked : ["overlap"]);
 }

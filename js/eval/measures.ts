@@ -1,8 +1,11 @@
 /** Median and 90th percentile in pixels. */
 export type ErrorSummary = readonly [median: number, p90: number];
 
-/** What is measured together: of the overlap, of what a person sees, of two seeds, of a hidden part, by a network. */
-export type Group = "overlap" | "look" | "stability" | "hidden" | "lpips";
+/**
+ * What is measured together: of the overlap, of what a person sees, of two seeds, of a hidden part, by a network; of a set of
+ * photos, and of one photo of it that was left out.
+ */
+export type Group = "overlap" | "look" | "stability" | "hidden" | "lpips" | "set" | "leaveOut";
 
 interface Measure {
   readonly group: Group;
@@ -40,6 +43,23 @@ export const MEASURES = {
   hidden_shown: { group: "hidden", headings: ["shown"], digits: 3, better: "higher" },
   hidden_shift: { group: "hidden", headings: ["hid med", "hid p90"], digits: 2, better: "lower" },
   lpips: { group: "lpips", headings: ["lpips"], digits: 3, better: "lower" },
+  photos_used: { group: "set", headings: ["used"], digits: 0, better: "higher" },
+  photos_missing: { group: "set", headings: ["missing"], digits: 0, better: "lower" },
+  rotation_error: { group: "set", headings: ["rot_deg"], digits: 3, better: "lower" },
+  direction_error: { group: "set", headings: ["dir_deg"], digits: 2, better: "lower" },
+  focal_error: { group: "set", headings: ["focal_%"], digits: 2, better: "lower" },
+  landing_shared: { group: "set", headings: ["in med", "in p90"], digits: 2, better: "lower" },
+  landing_alone: { group: "set", headings: ["out med", "out p90"], digits: 2, better: "lower" },
+  all_steps: { group: "set", headings: ["steps"], digits: 3, better: "lower" },
+  all_broken: { group: "set", headings: ["broken"], digits: 3, better: "lower" },
+  left_out_ssim: { group: "leaveOut", headings: ["left_ssim"], digits: 3, better: "higher" },
+  left_out_shown: { group: "leaveOut", headings: ["shown"], digits: 3, better: "higher" },
+  left_out_shift: {
+    group: "leaveOut",
+    headings: ["left med", "left p90"],
+    digits: 2,
+    better: "lower",
+  },
 } as const satisfies Record<string, Measure>;
 
 export type MeasureName = keyof typeof MEASURES;

@@ -9,6 +9,7 @@ import type { StitchResult } from "../index.js";
 import { HELP, parseRequest, type Request } from "./arguments.js";
 import { evaluate, type Row } from "./evaluate.js";
 import { checkFloors, readFloors } from "./floors.js";
+import { MANY, evaluateSet } from "./many/evaluate.js";
 import { perceptualDistance, type PerceptualDistance } from "./lpips.js";
 import { Sheet } from "./sheet.js";
 import { means } from "./summarise.js";
@@ -33,6 +34,43 @@ async function runRequest(request: Request): Promise<number> {
   const lines = tableLines(Math.max(...folders.map(({ name }) => name.length), 12), request.groups);
   if (request.out) await mkdir(request.out, { recursive: true });
   const sheet = request.sheet === undefined ? undefined : new Sheet();
+  const rows = await (request.many ? sets : pairs)(request, folders, lines, sheet);
+  if (sheet && request.sheet) await writeFile(request.sheet, await encodePng(sheet.draw()));
+  if (request.json) await writeFile(request.json, `${JSON.stringify(rows, rounded, 1)}\n`);
+  if (request.check) return check(request, rows);
+  return rows.some(({ failed }) => failed === undefined) ? 0 : 1;
+}
+
+type Lines = ReturnType<typeof tableLines>;
+
+/** Evaluates sets of photos. */
+async function sets(
+  request: Request,
+  folders: readonly CaseFolder[],
+  lines: Lines,
+  sheet: Sheet | undefined,
+): Promise<Row[]> {
+  print(lines.header);
+  const rows: Row[] = [];
+  for (const { name, path } of folders) {
+    const { row, photos, result } = await evaluateSet(path, name, request);
+    rows.push(row);
+    print(lines.row(row));
+    if (sheet && result) sheet.addSet(row, photos, result.mosaic);
+    if (request.out && result)
+      await writeFile(join(request.out, `${name}.png`), await encodePng(result.mosaic));
+  }
+  for (const mean of means(rows)) print(lines.mean(mean));
+  return rows;
+}
+
+/** Evaluates pairs, in one mode after another. */
+async function pairs(
+  request: Request,
+  folders: readonly CaseFolder[],
+  lines: Lines,
+  sheet: Sheet | undefined,
+): Promise<Row[]> {
   const distance = request.lpips === undefined ? undefined : await network(request.lpips);
   const task = { ...request, distance, pictures: Boolean(request.out ?? request.sheet) };
 
@@ -50,10 +88,7 @@ async function runRequest(request: Request): Promise<number> {
     print("");
   }
   await distance?.dispose();
-  if (sheet && request.sheet) await writeFile(request.sheet, await encodePng(sheet.draw()));
-  if (request.json) await writeFile(request.json, `${JSON.stringify(rows, rounded, 1)}\n`);
-  if (request.check) return check(request, rows);
-  return rows.some(({ failed }) => failed === undefined) ? 0 : 1;
+  return rows;
 }
 
 /** Compares with the floors: 0 when every number holds, 1 when one falls short or there was nothing to compare. */
@@ -61,7 +96,8 @@ async function check(request: Request, rows: readonly Row[]): Promise<number> {
   const floors = await readFloors();
   let checked = 0;
   let short = 0;
-  for (const [modeName] of request.modes) {
+  const modes = request.many ? [MANY] : request.modes.map(([name]) => name);
+  for (const modeName of modes) {
     const ofMode = rows.filter((row) => row.mode === modeName);
     const name = request.ownMatches ? `${modeName}+own` : modeName;
     const found = checkFloors(floors, name, ofMode, means(ofMode), request.groups);

@@ -1,5 +1,5 @@
 import type { Case } from "../cases/case.js";
-import type { ImageInput, ImageOutput, StitchResult } from "../index.js";
+import type { ImageInput, ImageOutput, Size, StitchResult } from "../index.js";
 import { colours, resample } from "../models/resample.js";
 import type { Row } from "./evaluate.js";
 import { LETTER, letter, wrapped } from "./lettering.js";
@@ -20,7 +20,7 @@ interface Cell {
   readonly label: readonly string[];
 }
 
-/** A picture sheet: a line of target, reference and the mosaic of every mode for each case. */
+/** A picture sheet: a line for each case, of its photos and the mosaic of every mode. */
 export class Sheet {
   readonly #lines = new Map<string, Cell[]>();
 
@@ -34,8 +34,14 @@ export class Sheet {
       { picture: shrunk(target), label: [row.case, "target"] },
       { picture: shrunk(reference), label: ["reference"] },
     ];
-    line.push({ picture: shrunk(mosaic), label: [row.mode, ...figures(row)] });
+    line.push(result(row, mosaic));
     this.#lines.set(row.case, line);
+  }
+
+  /** Appends a line of all photos of a set, small, and their mosaic. */
+  addSet(row: Row, photos: readonly ImageInput[], mosaic: ImageInput): void {
+    const together = { picture: contacts(photos), label: [row.case, `${photos.length} photos`] };
+    this.#lines.set(row.case, [together, result(row, mosaic)]);
   }
 
   draw(): ImageOutput {
@@ -73,6 +79,29 @@ export class Sheet {
   }
 }
 
+function result(row: Row, mosaic: ImageInput): Cell {
+  return { picture: shrunk(mosaic), label: [row.mode, ...figures(row)] };
+}
+
+/** Photos side by side, in rows, in one cell. */
+function contacts(photos: readonly ImageInput[]): ImageInput {
+  const columns = Math.ceil(Math.sqrt(photos.length));
+  const part = {
+    width: Math.floor(CELL.width / columns),
+    height: Math.floor(CELL.height / Math.ceil(photos.length / columns)),
+  };
+  const data = new Uint8ClampedArray(4 * CELL.width * CELL.height).fill(PAPER);
+  photos.forEach((photo, i) => {
+    const small = shrunk(photo, { width: part.width - 2, height: part.height - 2 });
+    const [left, top] = [(i % columns) * part.width, Math.floor(i / columns) * part.height];
+    for (let y = 0; y < small.height; y++) {
+      const row = small.data.subarray(4 * y * small.width, 4 * (y + 1) * small.width);
+      data.set(row, 4 * ((top + y) * CELL.width + left));
+    }
+  });
+  return { data, ...CELL };
+}
+
 /** The measures of a row that there are, for people. */
 function figures(row: Row): string[] {
   return MEASURE_NAMES.flatMap((name) => {
@@ -84,13 +113,13 @@ function figures(row: Row): string[] {
   });
 }
 
-/** The picture in at most the size of a cell, transparent parts grey. */
-function shrunk(picture: ImageInput): ImageInput {
+/** The picture in at most this size, transparent parts grey. */
+function shrunk(picture: ImageInput, most: Size = CELL): ImageInput {
   const opaque = { ...picture, data: Uint8ClampedArray.from(picture.data) };
   for (let i = 0; i < opaque.data.length; i += 4) {
     if (opaque.data[i + 3] === 0) opaque.data.fill(VOID, i, i + 3);
   }
-  const scale = Math.max(1, picture.width / CELL.width, picture.height / CELL.height);
+  const scale = Math.max(1, picture.width / most.width, picture.height / most.height);
   const side = (length: number): number => Math.max(1, Math.round(length / scale));
   const [width, height] = [side(picture.width), side(picture.height)];
   const planes = resample(colours(opaque), width, height);

@@ -13,9 +13,9 @@ export interface TruthError {
 }
 
 /** Every how many-th pixel of the target is looked at. */
-const STEP = 4;
+export const STEP = 4;
 /** Points that truly lie farther than this from the origin, in either coordinate, do not count. */
-const FAR = 3000;
+export const FAR = 3000;
 /** A summary needs more points than this. */
 const FEW = 20;
 
@@ -77,14 +77,15 @@ export function checkTruth(
   if (shape !== expected) fail("truth_inverse_depth.npy", shape);
 }
 
-function inverseDepth({ data, kind }: DepthInput): Float32Array {
+/** Inverse depth of a map; NaN where a metric one is not positive. */
+export function inverseDepth({ data, kind }: DepthInput): Float32Array {
   return Float32Array.from(data, (value) =>
     kind === "inverse" ? value : value > 0 ? 1 / value : NaN,
   );
 }
 
 /** Image of (x, y) with inverse depth d: u, v and the third homogeneous coordinate. */
-function project(
+export function project(
   { h, e }: { readonly h: ArrayLike<number>; readonly e: ArrayLike<number> },
   x: number,
   y: number,
@@ -96,7 +97,8 @@ function project(
   return [row(0) / w, row(1) / w, w];
 }
 
-function summary(points: readonly { readonly error: number }[]): ErrorSummary | null {
+/** Median and 90th percentile of the errors; null of few points. */
+export function summary(points: readonly { readonly error: number }[]): ErrorSummary | null {
   if (points.length <= FEW) return null;
   // A point that the fitted map sends nowhere is as wrong as can be.
   const errors = points.map(({ error }) => (Number.isNaN(error) ? Infinity : error));

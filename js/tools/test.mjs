@@ -9,7 +9,7 @@ import { cargoEnv, installPackages, root, run } from "./shared.mjs";
 const groups = {
   rust: { needs: [setup], tests: [() => cargoTest()] },
   wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
-  node: { needs: [build, smallSample], tests: [() => nodeTest("node")] },
+  node: { needs: [build, smallSample, smallSet], tests: [() => nodeTest("node")] },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
   models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
   browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
@@ -33,6 +33,11 @@ function nodeTest(folder) {
 /** A small sample for tests that stitch it many times. */
 function smallSample() {
   renderSample(join("target", "sample-small"), 240, 160);
+}
+
+/** Four photos with true cameras and exact depth, for the evaluation of sets. */
+function smallSet() {
+  renderSample(join("target", "sample-set"), 320, 240, 4);
 }
 
 const chosen = process.argv.slice(2);

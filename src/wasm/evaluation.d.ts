@@ -19,3 +19,10 @@ export interface Appearance {
   /** RMS distance of what lies outside the reference from the best homography, in % of the reference's diagonal. */
   bending: number | null;
 }
+
+/** Straight lines of a photo. */
+export interface LineBreaks {
+  lines: number;
+  /** Those that the map breaks by more than 2 degrees. */
+  broken: number;
+}

@@ -5,7 +5,9 @@ use wasm_bindgen::prelude::*;
 
 use super::convert::{get, put, to_js_error};
 use super::inputs;
-use crate::metrics::{self, Appearance};
+use crate::features::{LineSegmentOptions, line_segments};
+use crate::image::check_size;
+use crate::metrics::{self, Appearance, LineBreaks};
 use crate::mosaic::Mosaic;
 use crate::{Result, Stage, View};
 
@@ -20,6 +22,43 @@ pub fn appearance(
     #[wasm_bindgen(unchecked_param_type = "StitchResult")] result: &JsValue,
 ) -> std::result::Result<JsValue, JsValue> {
     measured(target, reference, result).map_err(|error| to_js_error(&error, Stage::Measure.name()))
+}
+
+/// Share of the seams between photos along which a step shows; null where there is hardly any to judge.
+#[wasm_bindgen(js_name = visibleSteps, unchecked_return_type = "number | null")]
+pub fn visible_steps(
+    #[wasm_bindgen(unchecked_param_type = "ImageInput")] mosaic: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "Mask")] labels: &JsValue,
+) -> std::result::Result<JsValue, JsValue> {
+    let run = || -> Result<JsValue> {
+        let (mosaic, labels) = (inputs::image("mosaic", mosaic)?, inputs::mask("labels", labels)?);
+        check_size("labels", labels.size(), mosaic.size())?;
+        Ok(metrics::visible_steps(mosaic.view(), &labels).map_or(JsValue::NULL, JsValue::from))
+    };
+    run().map_err(|error| to_js_error(&error, Stage::Measure.name()))
+}
+
+/// How many straight lines of a photo there are, and how many of them its map into the reference breaks.
+#[wasm_bindgen(js_name = brokenLines, unchecked_return_type = "LineBreaks")]
+pub fn broken_lines(
+    #[wasm_bindgen(unchecked_param_type = "ImageInput")] photo: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "Model")] forward: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "DepthInput | undefined")] depth: &JsValue,
+) -> std::result::Result<JsValue, JsValue> {
+    let run = || -> Result<JsValue> {
+        let photo = inputs::image("photo", photo)?;
+        let depth = inputs::depth("inverseDepth", depth, photo.size())?;
+        let segments = line_segments(photo.view(), &LineSegmentOptions::default())?;
+        let forward = inputs::model("forward", forward)?;
+        let found = metrics::broken_lines(&segments, photo.size(), &forward, depth.as_ref(), photo.size());
+        let all = [found.inside, found.across, found.outside];
+        let sum = |count: fn(&LineBreaks) -> usize| all.iter().map(count).sum::<usize>() as f64;
+        let object = Object::new().into();
+        put(&object, "lines", sum(|breaks| breaks.lines).into());
+        put(&object, "broken", sum(|breaks| breaks.broken).into());
+        Ok(object)
+    };
+    run().map_err(|error| to_js_error(&error, Stage::Measure.name()))
 }
 
 fn measured(target: &JsValue, reference: &JsValue, result: &JsValue) -> Result<JsValue> {

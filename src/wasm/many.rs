@@ -31,7 +31,8 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
     observer.progress(Stage::Input, 0.0);
     let reference = Some(get(given, "reference")).filter(inputs::is_given);
     let reference = reference.map(|index| whole(&index, 0.0, "reference", "the index of a photo")).transpose()?;
-    let options = ManyOptions { stages: options::from_js(stages)?, reference };
+    let mut options = ManyOptions { stages: options::from_js(stages)?, reference };
+    options.stages.output_depth = get(given, "outputDepth").is_truthy();
     let owned = Photos::read(photos, &options)?;
     let input_time = observer.now() - start;
     let done = many::stitch_many(&owned.photos(), &options, observer)?;
@@ -124,6 +125,13 @@ fn photo(report: &PhotoReport) -> JsValue {
         results::numbers(&sides.map(|(name, side)| (name, side as f64)))
     };
     put(&object, "extent", report.extent.map_or(JsValue::NULL, rectangle));
+    if let Some(map) = &report.map {
+        put(&object, "forward", results::model(&map.forward));
+        put(&object, "reverse", results::model(&map.reverse));
+        if let Some(depth) = &map.depth {
+            put(&object, "inverseDepth", results::depth(depth));
+        }
+    }
     object
 }
 

@@ -156,7 +156,7 @@ pub(super) fn crops(crops: &Crops) -> JsValue {
 }
 
 /// A `DepthOutput`.
-fn depth(depth: &InverseDepth) -> JsValue {
+pub(super) fn depth(depth: &InverseDepth) -> JsValue {
     let js = sized(Float32Array::from(depth.data()).into(), depth.width(), depth.height());
     put(&js, "kind", "inverse".into());
     js
@@ -166,7 +166,7 @@ pub(super) fn mask(mask: &Mask) -> JsValue {
     sized(Uint8Array::from(mask.data()).into(), mask.width(), mask.height())
 }
 
-fn model(model: &Model) -> JsValue {
+pub(super) fn model(model: &Model) -> JsValue {
     let object = Object::new().into();
     // The matrix is stored column by column.
     put(&object, "h", Float64Array::from(model.h.transpose().as_slice()).into());

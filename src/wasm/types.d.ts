@@ -443,6 +443,8 @@ export interface PhotoInput extends ImageInput {
 export interface ManyInputs {
   /** Index of the photo in whose view all are shown; by default the one in the middle. */
   readonly reference?: number | null | undefined;
+  /** Whether the result should contain the maps of the photos, and the inverse depth that was used. Default false. */
+  readonly outputDepth?: boolean | undefined;
 }
 
 /** Whether a photo is in the picture, and if not, why. */
@@ -478,6 +480,12 @@ export interface PhotoReport {
   gains: number[];
   /** The smallest rectangle around it in the picture, from `offset`; null unless used. */
   extent: Rect | null;
+  /** With `outputDepth`, if it is used: from its pixels to the reference's, whatever the picture is shown on. */
+  forward?: Model;
+  /** The same back, by the reference's inverse depth. */
+  reverse?: Model;
+  /** With `outputDepth`, if it is used: its inverse depth, in the unit of `forward`; absent without parallax. */
+  inverseDepth?: DepthOutput;
 }
 
 /** Two photos that were compared. */

@@ -4,15 +4,12 @@ use super::{inside, share};
 use crate::warp::Warped;
 use crate::{Mask, Rect};
 
-/// Labels of a seam mask: which photo shows.
-const TARGET: u8 = 1;
-const REFERENCE: u8 = 2;
 /// Within so many pixels of the reference's border a seam is on it.
 const NEAR: i64 = 3;
 
-/// Whether a seam passes between two neighbouring pixels of these labels.
+/// Whether a seam passes between two neighbouring pixels of these labels, which say which photo shows: 0 for none.
 pub(super) fn crosses(a: u8, b: u8) -> bool {
-    (a == TARGET && b == REFERENCE) || (a == REFERENCE && b == TARGET)
+    a != b && a != 0 && b != 0
 }
 
 /// The seam's place and length.

@@ -16,8 +16,8 @@ const MARGIN: f32 = 3.0;
 const FEW: usize = 20;
 
 /// Share of the seam with a step that is larger than the 90th percentile of those beside it by more than 3 in CIELAB. A step
-/// is the difference of the means of five pixels on either side, across the seam; `seam` has 1 where the target shows,
-/// 2 the reference. Both have the same size. `None` when no more than 20 places can be judged.
+/// is the difference of the means of five pixels on either side, across the seam; `seam` says which photo shows, 0 for
+/// none. Both have the same size. `None` when no more than 20 places can be judged.
 pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> Option<f64> {
     let lab = Lab::new();
     let (width, height) = seam.size();

@@ -1,11 +1,13 @@
 //! The first half: features → pair graph → geometry → depth.
 
+use nalgebra::Matrix3;
+
 use super::depth::{PhotoDepth, depths};
 use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
 use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::picture::ManyPicture;
-use super::result::{Photo, PhotoCode, PhotoReport};
+use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
@@ -127,7 +129,16 @@ impl ManyAlignment {
             error: self.geometry.error(photo),
             gains: [1.0; 3],
             extent: None,
+            map: None,
         }
+    }
+
+    /// As [`ManyAlignment::map`], for the result.
+    pub(super) fn take_map(&mut self, photo: usize) -> Option<PhotoMap> {
+        let itself = Model::homography(Matrix3::identity());
+        let towards = |pair: [usize; 2]| if pair[0] == pair[1] { Some(itself) } else { self.geometry.model(pair) };
+        let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(towards);
+        Some(PhotoMap { forward: forward?, reverse: reverse?, depth: self.depths[photo].take().map(|depth| depth.map) })
     }
 
     pub(super) fn depth(&self, photo: usize) -> Option<&InverseDepth> {

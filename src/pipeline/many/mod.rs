@@ -19,7 +19,7 @@ pub use align::{ManyAlignment, align_many};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
 pub(crate) use align::{check_count, check_sizes};
 pub use graph::PhotoPair;
-pub use result::{Photo, PhotoCode, PhotoReport, StitchedMany};
+pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 
 use super::Crops;
 use super::options::Options;
@@ -40,8 +40,7 @@ const EVERYTHING: [i64; 4] = [i64::MIN / 4, i64::MIN / 4, i64::MAX / 4, i64::MAX
 /// Options of [`stitch_many`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManyOptions {
-    /// Those of the stages. [`Options::without_depth`] and [`Options::output_depth`] play no part, as photos have no depth maps of
-    /// their own; the focal length of [`EstimateOptions`](crate::geometry::EstimateOptions) is that of photos without one.
+    /// Those of the stages. [`Options::without_depth`] plays no part, as photos have no depth maps of their own; the focal length of [`EstimateOptions`](crate::geometry::EstimateOptions) is that of photos without one.
     pub stages: Options,
     /// Index of the photo in whose view all are shown; `None` for the one in the middle.
     pub reference: Option<usize>,
@@ -60,8 +59,8 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
     let photos = &visible.photos(photos)[..];
-    let alignment = align_timed(photos, options, observer, &mut timer)?;
-    let ManyAlignment { reference, order, .. } = &alignment;
+    let mut alignment = align_timed(photos, options, observer, &mut timer)?;
+    let (reference, order) = (alignment.reference, alignment.order.clone());
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let label = |photo: usize| (photo + 1) as u8;
     let mut painting = Painting { alignment: &alignment, photos, options: stages, budget: &budget, composition: None };
@@ -86,18 +85,23 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
     let Composition { mut image, labels, offset, depth, .. } = composition;
     if let Some(options) = &stages.fill {
         // Only exemplar filling uses depth, to tell background from foreground. There is no one epipole.
-        let guided = options.method == FillMethod::Exemplar && alignment.depth(*reference).is_some();
+        let guided = options.method == FillMethod::Exemplar && alignment.depth(reference).is_some();
         let guide = guided.then_some(FillGuide { depth, epipole: [0.0; 3] });
         fill(&mut image, &voids, guide.as_ref(), options, observer)?;
     }
     let crops = Crops { inner: crop::inner(&image)?, bounds: crop::bounds(&image) };
     timer.end(Stage::Fill, observer);
+    if stages.output_depth {
+        for (photo, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.code == PhotoCode::Used) {
+            report.map = alignment.take_map(photo);
+        }
+    }
     Ok(StitchedMany {
         image,
         labels,
         voids,
         offset,
-        reference: *reference,
+        reference,
         projection: alignment.picture.projection(),
         geometry: alignment.geometry.kind,
         photos: reports,

@@ -1,11 +1,11 @@
 //! What comes of many photos.
 
 use super::graph::PhotoPair;
-use crate::geometry::{Camera, MultiViewKind};
+use crate::geometry::{Camera, Model, MultiViewKind};
 use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::Projection;
-use crate::{Image, ImageView, Mask, Stage};
+use crate::{Image, ImageView, InverseDepth, Mask, Stage};
 
 /// One of the photos to stitch.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +64,19 @@ pub struct PhotoReport {
     /// The smallest rectangle around what the picture could show of it: x and y of the top left, width, height, from the
     /// reference's top left pixel. `None` unless used.
     pub extent: Option<[i64; 4]>,
+    /// Where its pixels belong; `None` unless used and [asked for](crate::pipeline::Options::output_depth).
+    pub map: Option<PhotoMap>,
+}
+
+/// Where the pixels of a photo belong in the reference's own pixels, whatever the picture is shown on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoMap {
+    /// From the photo to the reference.
+    pub forward: Model,
+    /// Back, by the reference's inverse depth.
+    pub reverse: Model,
+    /// The photo's inverse depth, in the unit of the models; `None` without parallax.
+    pub depth: Option<InverseDepth>,
 }
 
 /// The result of [`stitch_many`](super::stitch_many).
