@@ -148,10 +148,21 @@ impl<'a> KnownDepth<'a> {
         matches: &[DepthSample],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
+        Self::and_samples(depth, Vec::new(), photo, other, matches, observer)
+    }
+
+    /// As [`KnownDepth::new`], and of `samples` besides, one of which counts as a pixel of the map on the same grid does.
+    pub fn and_samples(
+        depth: InverseDepth,
+        mut samples: Vec<DepthSample>,
+        photo: Option<ImageView<'_>>,
+        other: OtherView<'a>,
+        matches: &[DepthSample],
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
         let (w, h, values) = (depth.width(), depth.height(), depth.data());
         let step = sample_step((w, h));
-        let mut samples = Vec::new();
         for y in (0..h).step_by(step) {
             for x in (0..w).step_by(step) {
                 let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));

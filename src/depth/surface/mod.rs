@@ -232,6 +232,6 @@ impl Surface {
 }
 
 /// Pixels from one sample to the next, for a photo of this size.
-pub(super) fn sample_step(size: (usize, usize)) -> usize {
+pub(crate) fn sample_step(size: (usize, usize)) -> usize {
     Mesh::over(size).sample_step()
 }

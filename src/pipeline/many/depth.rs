@@ -1,6 +1,7 @@
 //! The inverse depth of each photo, 1/z in the unit of the cameras: from stereo with its best neighbours, where the landmarks
 //! say what to expect; a smooth surface goes through what was found, and on beyond it.
 
+use super::carried::carried;
 use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
@@ -92,7 +93,12 @@ pub(super) fn depths(
             let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
             if let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) {
                 let others = [other, reference];
-                complete(own, known[photo].as_ref(), photo, others, photos, geometry, &mut portion)?;
+                // Where a photo knows most itself, the rest is what it sees past an edge: a surface would bend there.
+                let carried = match round {
+                    0 => Vec::new(),
+                    _ => carried(photo, &known, photos[photo].size(), geometry),
+                };
+                complete(own, (known[photo].as_ref(), carried), photo, others, photos, geometry, &mut portion)?;
             }
             done += 1.0;
         }
@@ -100,11 +106,11 @@ pub(super) fn depths(
     Ok(depths)
 }
 
-/// Replaces a photo's map by a surface through what is `known`, or through the map itself. `others` are its best neighbour and the
-/// reference.
+/// Replaces a photo's map by a surface through what is `known` and what is `carried` over, or through the map itself. `others` are its
+/// best neighbour and the reference.
 fn complete(
     own: &mut PhotoDepth,
-    known: Option<&InverseDepth>,
+    (known, carried): (Option<&InverseDepth>, Vec<([f64; 2], f64)>),
     photo: usize,
     others: [usize; 2],
     photos: &[ImageView<'_>],
@@ -114,7 +120,9 @@ fn complete(
     let [Some(model), Some(view)] = others.map(|other| geometry.model([photo, other])) else { return Ok(()) };
     let [size, reference] = others.map(|photo| photos[photo].size());
     let known = known.unwrap_or(&own.map).map_indexed(|_, d| d)?;
-    let mut known = KnownDepth::new(known, Some(photos[photo]), OtherView { model: &model, size }, &[], observer)?;
+    let carried = carried.into_iter().map(|(point, depth)| DepthSample::new(&model, point, depth)).collect();
+    let other = OtherView { model: &model, size };
+    let mut known = KnownDepth::and_samples(known, carried, Some(photos[photo]), other, &[], observer)?;
     if let Some(surface) = surface(&mut known, &view, reference)? {
         own.map = surface;
     }

@@ -6,6 +6,7 @@
 //! ([`Composition`]).
 
 mod align;
+mod carried;
 mod depth;
 mod graph;
 mod guided;
