@@ -1,6 +1,5 @@
 // Finds a Chromium for the browser tests, or installs one where that is possible without interaction.
-import { accessSync, constants, existsSync } from "node:fs";
-import { delimiter, join } from "node:path";
+import { aptInstall, findProgram, hasApt } from "./installed.mjs";
 import { npmBin, run } from "./shared.mjs";
 
 const names = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome", "chrome"];
@@ -14,28 +13,8 @@ const places = [
 
 /** Path of an installed Chromium or Chrome, if any. */
 async function find() {
-  const wanted = process.env.CHROMIUM_PATH;
-  if (wanted) {
-    if (!existsSync(wanted)) throw new Error(`CHROMIUM_PATH names ${wanted}, which does not exist`);
-    return wanted;
-  }
-  const folders = (process.env.PATH ?? "").split(delimiter).filter(Boolean);
   const { chromium } = await import("playwright-core");
-  return [
-    ...folders.flatMap((folder) => names.map((name) => join(folder, name))),
-    ...places,
-    chromium.executablePath(),
-  ].find(isExecutable);
-}
-
-/** @param {string} file */
-function isExecutable(file) {
-  try {
-    accessSync(file, constants.X_OK);
-    return true;
-  } catch {
-    return false;
-  }
+  return findProgram("CHROMIUM_PATH", names, [...places, chromium.executablePath()]);
 }
 
 /** Path of a Chromium, which is installed if there is none. */
@@ -43,13 +22,7 @@ export async function chromiumPath() {
   const found = await find();
   if (found) return found;
   const attempts = [];
-  if (process.getuid?.() === 0 && existsSync("/usr/bin/apt-get")) {
-    attempts.push(() => {
-      const env = { DEBIAN_FRONTEND: "noninteractive" };
-      run("apt-get", ["update"], { env });
-      run("apt-get", ["install", "-y", "--no-install-recommends", "chromium"], { env });
-    });
-  }
+  if (hasApt) attempts.push(() => aptInstall("chromium"));
   attempts.push(() =>
     run(process.execPath, [npmBin("playwright-core", "playwright-core"), "install", "chromium"]),
   );

@@ -57,20 +57,15 @@ export async function startSite() {
     build: { outDir, emptyOutDir: true },
   });
   await build(config);
-  const server = await preview({ ...config, preview: { host: "127.0.0.1", port: 0 } });
-  const url = server.resolvedUrls?.local[0];
-  if (!url) throw new Error("the preview server has no address");
+  const { url, stopServer } = await serve(config);
   const browser = await launch();
-  const stopServer = () =>
-    new Promise((resolve) => {
-      server.httpServer.close(resolve);
-      if ("closeAllConnections" in server.httpServer) server.httpServer.closeAllConnections();
-    });
 
   return {
     url,
     outDir,
     stopServer,
+    /** Serves the page once more, under another address. */
+    serveAgain: () => serve(config),
     /**
      * A page that is ready, with these files loaded and stitched if there are any. `complaints` collects what must stay
      * empty: console errors, uncaught exceptions, violations of the content security policy, and requests to another
@@ -102,6 +97,19 @@ export async function startSite() {
       rmSync(outDir, { recursive: true });
     },
   };
+}
+
+/** Serves the built page on a port of its own. @param {import("vite").InlineConfig} config */
+async function serve(config) {
+  const server = await preview({ ...config, preview: { host: "127.0.0.1", port: 0 } });
+  const url = server.resolvedUrls?.local[0];
+  if (!url) throw new Error("the preview server has no address");
+  const stopServer = () =>
+    new Promise((resolve) => {
+      server.httpServer.close(resolve);
+      if ("closeAllConnections" in server.httpServer) server.httpServer.closeAllConnections();
+    });
+  return { url, stopServer };
 }
 
 /** Waits until a run has succeeded. @param {Page} page */
