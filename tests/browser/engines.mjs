@@ -67,7 +67,7 @@ export async function until(tab, work, ...args) {
 /** The only file that is saved by `save`. @param {Tab} tab @param {() => Promise<unknown>} save */
 export async function savedIn({ downloads }, save) {
   await save();
-  for (const end = Date.now() + 30_000; Date.now() < end; ) {
+  for (const end = Date.now() + 30_000; Date.now() < end;) {
     const [name, ...more] = await readdir(downloads);
     // Browsers write to another name, or beside an empty file, until all is there.
     const bytes = name && more.length === 0 ? await readFile(join(downloads, name)) : "";
