@@ -32,6 +32,18 @@ const contentSecurityPolicy: Plugin = {
   ],
 };
 
+/** Puts the page together: `<!-- part: photos -->` stands for `parts/photos.html`. */
+const parts: Plugin = {
+  name: "parts",
+  transformIndexHtml: {
+    order: "pre",
+    handler: (html) =>
+      html.replace(/<!-- part: (\w+) -->/g, (_, name: string) =>
+        readFileSync(join(import.meta.dirname, "parts", `${name}.html`), "utf8"),
+      ),
+  },
+};
+
 /** Files that only networks need are large, so they are cached on first use. */
 const cachedOnUse = /\bort[.-]|transformers/;
 
@@ -73,7 +85,7 @@ const serviceWorker: Plugin = {
 export default defineConfig({
   root: import.meta.dirname,
   base: "./",
-  plugins: [contentSecurityPolicy, serviceWorker],
+  plugins: [parts, contentSecurityPolicy, serviceWorker],
   worker: { format: "es" },
   // These libraries look for their wasm next to their scripts, which pre-bundling would move.
   optimizeDeps: {

@@ -285,6 +285,22 @@ test("fits a phone without scrolling sideways", async () => {
   }
 });
 
+test("a phone held sideways shows photos and result beside each other", async () => {
+  const viewport = { width: 844, height: 390 };
+  const { page, close } = await site.open({ viewport, hasTouch: true, isMobile: true });
+  const start = await page.locator('label[for="many-files"]').boundingBox();
+  assert.ok(start && start.y + start.height <= viewport.height, "the first button is in view");
+  await page.setInputFiles("#many-files", smallPhotos);
+  await finished(page);
+  await page.evaluate(() => scrollTo(0, 0));
+  const photos = await page.locator(".photo-cards").boundingBox();
+  const frame = await page.locator("#frame").boundingBox();
+  assert.ok(photos && frame && frame.x > photos.x + photos.width);
+  assert.ok(frame.y + frame.height <= viewport.height && frame.height > 0.55 * viewport.height);
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), viewport.width);
+  await close();
+});
+
 test("loads in 260 KB", async () => {
   const { page, close } = await site.open();
   /** @type {string[]} */

@@ -112,6 +112,24 @@ test("copies the picture, and shares it where the browser can", async () => {
   await phone.close();
 });
 
+test("asks before it is left with a result that was not saved", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  // Browsers ask only about pages that were used.
+  await page.locator("#tab-compare").click();
+  const asked = new Promise((resolve) => {
+    page.once("dialog", (dialog) => void dialog.dismiss().then(() => resolve(dialog.type())));
+  });
+  await page.close({ runBeforeUnload: true });
+  assert.equal(await asked, "beforeunload");
+  await finished(page);
+
+  await savedPicture(page);
+  const closed = page.waitForEvent("close");
+  await page.close({ runBeforeUnload: true });
+  await closed;
+  await close();
+});
+
 test("saves the report", async () => {
   const { page, close } = await site.open({ files: smallCase });
   const { name, bytes } = await saved(page, "#download-report");

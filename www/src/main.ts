@@ -4,6 +4,7 @@ import { bindDrop } from "./inputs/drop.js";
 import { bindInputs } from "./inputs/input-cards.js";
 import { InputLoader } from "./inputs/load-inputs.js";
 import { bindPaste } from "./inputs/paste.js";
+import { bindLeaving } from "./leaving.js";
 import { bindOffline } from "./offline.js";
 import { bindProgress } from "./run/progress.js";
 import { bindRun, Runner } from "./run/run.js";
@@ -26,6 +27,7 @@ async function start(): Promise<void> {
   bindProgress(store);
   bindRun(store, runner);
   bindHead(store, loader, runner);
+  bindLeaving(store);
   bindOffline();
   try {
     const [defaults, packageVersion] = await Promise.all([defaultOptions(), version()]);

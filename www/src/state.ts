@@ -116,6 +116,8 @@ export interface State {
   readonly message: Message | null;
   /** It is shown until the next one is available. */
   readonly outcome: Outcome | ManyOutcome | null;
+  /** The last one whose picture was saved, copied or shared. */
+  readonly saved: Outcome | ManyOutcome | null;
   readonly undo: Undo | null;
   /** Status text while idle. */
   readonly status: string;
@@ -151,6 +153,7 @@ export const initialState: State = {
   running: null,
   message: null,
   outcome: null,
+  saved: null,
   undo: null,
   status: "",
 };

@@ -51,9 +51,10 @@ export function bindExport(store: Store, version: string): void {
       });
     });
   };
-  onSave("download-mosaic", (outcome) => {
+  onSave("download-mosaic", async (outcome) => {
     const part = savedPart(outcome, crop.value);
-    return saveImage(outcome.mosaic, part, `${baseName(outcome)}-stitched`);
+    await saveImage(outcome.mosaic, part, `${baseName(outcome)}-stitched`);
+    store.set({ saved: outcome });
   });
   onSave("copy-mosaic", async (outcome) => {
     const part = savedPart(outcome, crop.value);
@@ -61,6 +62,7 @@ export function bindExport(store: Store, version: string): void {
     const png = encoded(outcome.mosaic, part, "png");
     await navigator.clipboard.write([new ClipboardItem({ "image/png": png })]);
     status.textContent = `Copied, ${part.width} × ${part.height} pixels.`;
+    store.set({ saved: outcome });
   });
   onSave("share-mosaic", async (outcome) => {
     const type = chosenFormat();
@@ -68,6 +70,7 @@ export function bindExport(store: Store, version: string): void {
     const name = `${baseName(outcome)}-stitched.${type === "png" ? "png" : "jpg"}`;
     try {
       await navigator.share({ files: [new File([blob], name, { type: blob.type })] });
+      store.set({ saved: outcome });
     } catch (error) {
       // Whoever closes the list of targets does not want to hear about it.
       if (!(error instanceof DOMException && error.name === "AbortError")) throw error;

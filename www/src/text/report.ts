@@ -50,9 +50,8 @@ const modelText: Readonly<
   },
 };
 
-/** The four key figures: a value and a line under it. PSNR and SSIM are always shown with coverage. */
+/** The three key figures: a value and a line under it. */
 export function keyFigures({ report, quality }: StitchResult) {
-  const coverage = `coverage ${percent(quality.coverage)}`;
   const { name, under } = modelText[report.model];
   return {
     model: { value: name, under },
@@ -60,9 +59,20 @@ export function keyFigures({ report, quality }: StitchResult) {
       value: `${report.inliers} / ${report.usable}`,
       under: `within ${pixels(report.threshold)}`,
     },
-    psnr: { value: decibels(quality.psnrMask), under: coverage },
-    ssim: { value: similarity(quality.ssimMask), under: coverage },
+    overlap: {
+      value: agreement(quality.ssimMask),
+      under: `compared on ${percent(quality.coverage)} of it`,
+    },
   };
+}
+
+/**
+ * How alike the photos are where both show the same, by SSIM: with exact depth it is .9 and more, for two photos of a
+ * scene in depth .6 to .8 although the seam hides most of it.
+ */
+function agreement(ssim: number): string {
+  if (!Number.isFinite(ssim)) return "Not compared";
+  return ssim >= 0.85 ? "Agrees closely" : ssim >= 0.6 ? "Agrees mostly" : "Agrees in parts";
 }
 
 /** The report in sentences. */
