@@ -3,7 +3,7 @@ import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js"
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { DepthMap, Photo } from "./image-worker/contents.js";
-import type { Loaded, SlotName, Slots } from "./slots.js";
+import type { Loaded, PhotoSlot, SlotName, Slots } from "./slots.js";
 
 export * from "./slots.js";
 
@@ -84,6 +84,12 @@ export interface ManyOutcome {
   readonly set: PhotoSet;
   readonly settings: Settings;
   readonly elapsed: number;
+}
+
+/** The colour space of a result, which is that of all its photos. */
+export function coloursOf(outcome: Outcome | ManyOutcome): PredefinedColorSpace {
+  const photo = outcome.kind === "many" ? outcome.photos[0]?.content : outcome.job.reference;
+  return photo?.colourSpace ?? "srgb";
 }
 
 /** The task in progress: a stage of the core, or a network. */
@@ -207,6 +213,15 @@ export function swapped({ target, reference, targetDepth, referenceDepth, matche
     referenceDepth: targetDepth,
     matches: matches && { ...matches, content: swapMatches(matches.content) },
   };
+}
+
+/** The matches after one of the photos was turned by 90° clockwise. `height` is that of its original before. */
+export function turnMatches(matches: Float32Array, slot: PhotoSlot, height: number): Float32Array {
+  const first = slot === "target" ? 0 : 2;
+  return matches.map((at, i) => {
+    if (i % 4 === first) return height - 1 - (matches[i + 1] ?? 0);
+    return i % 4 === first + 1 ? (matches[i - 1] ?? 0) : at;
+  });
 }
 
 function swapMatches(matches: Float32Array): Float32Array {

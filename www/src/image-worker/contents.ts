@@ -8,7 +8,10 @@ export interface Size {
 /** A photo with its orientation applied, downscaled to the limit. */
 export interface Photo extends Size {
   readonly data: Uint8ClampedArray<ArrayBuffer>;
-  /** Size in the file, with its orientation applied. */
+  readonly colourSpace: PredefinedColorSpace;
+  /** How often the user turned it by 90° clockwise. */
+  readonly turns: number;
+  /** Size in the file, with its orientation and turns applied. */
   readonly original: Size;
   /** 35 mm equivalent focal length from EXIF data, if any. */
   readonly focalLength35: number | null;

@@ -1,4 +1,5 @@
 import { InputFileError } from "../input-file-error.js";
+import { colourSpaceOf } from "./colour-space.js";
 import type { Photo } from "./contents.js";
 import { headerBytes, readHeader } from "./photo-header.js";
 
@@ -10,12 +11,19 @@ const previewSide = 640;
 const focalLengthIn35mm = 0xa405;
 
 /**
- * Decodes a photo with its orientation applied, downscaled to at most `limit` pixels on the longer side (0: no limit).
- * The decoder of the browser supports every format that the browser can show.
+ * Decodes a photo with its orientation applied, downscaled to at most `limit` pixels on the longer side (0: no limit), turned clockwise by
+ * 90° as often as `turns` says, and in the colour space of its file unless another one is given. The decoder of the browser supports every
+ * format that the browser can show.
  *
  * @throws {InputFileError}
  */
-export async function decodePhoto(file: Blob, name: string, limit: number): Promise<Photo> {
+export async function decodePhoto(
+  file: Blob,
+  name: string,
+  limit: number,
+  turns = 0,
+  colours: PredefinedColorSpace | null = null,
+): Promise<Photo> {
   if (file.size === 0) throw new InputFileError(`${name} is empty.`);
   const head = await file.slice(0, headerBytes).arrayBuffer();
   const header = readHeader(head);
@@ -24,19 +32,18 @@ export async function decodePhoto(file: Blob, name: string, limit: number): Prom
   try {
     const { width, height } = bitmap;
     checkSize(name, width, height);
-    const scale = limit > 0 ? Math.min(1, limit / Math.max(width, height)) : 1;
-    const image = draw(bitmap, scale).context.getImageData(
-      0,
-      0,
-      scaled(width, scale),
-      scaled(height, scale),
-    );
-    const preview = draw(bitmap, Math.min(1, previewSide / Math.max(width, height))).canvas;
+    const longer = Math.max(width, height);
+    const colourSpace = colours ?? (await colourSpaceOf(head));
+    const { canvas, context } = draw(bitmap, limit > 0 ? limit / longer : 1, turns, colourSpace);
+    const image = context.getImageData(0, 0, canvas.width, canvas.height);
+    const preview = draw(bitmap, previewSide / longer, turns, "srgb").canvas;
     return {
       data: image.data,
       width: image.width,
       height: image.height,
-      original: { width, height },
+      colourSpace,
+      turns,
+      original: turns % 2 === 1 ? { width: height, height: width } : { width, height },
       focalLength35: header.format === "jpeg" ? await readFocalLength(head) : null,
       preview: preview.transferToImageBitmap(),
       fingerprint: fingerprint(image),
@@ -69,17 +76,21 @@ function fingerprint({ data, width, height }: ImageData): string {
   return `${width}x${height} ${a} ${b}`;
 }
 
-function draw(bitmap: ImageBitmap, scale: number) {
-  const canvas = new OffscreenCanvas(scaled(bitmap.width, scale), scaled(bitmap.height, scale));
-  const context = canvas.getContext("2d", { willReadFrequently: true });
+/** Draws a photo downscaled, if `scale` is below 1, and turned. */
+function draw(bitmap: ImageBitmap, scale: number, turns: number, colorSpace: PredefinedColorSpace) {
+  const scaled = (side: number) => Math.max(1, Math.round(side * Math.min(1, scale)));
+  const [width, height] = [scaled(bitmap.width), scaled(bitmap.height)];
+  const canvas =
+    turns % 2 === 1 ? new OffscreenCanvas(height, width) : new OffscreenCanvas(width, height);
+  const context = canvas.getContext("2d", { willReadFrequently: true, colorSpace });
   if (!context) throw new InputFileError("The browser has not enough memory for this photo.");
+  // Whole numbers, so that pixels fall on pixels.
+  if (turns === 1) context.setTransform(0, 1, -1, 0, height, 0);
+  else if (turns === 2) context.setTransform(-1, 0, 0, -1, width, height);
+  else if (turns === 3) context.setTransform(0, -1, 1, 0, 0, width);
   context.imageSmoothingQuality = "high";
-  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  context.drawImage(bitmap, 0, 0, width, height);
   return { canvas, context };
-}
-
-function scaled(side: number, scale: number): number {
-  return Math.max(1, Math.round(side * scale));
 }
 
 function checkSize(name: string, width: number, height: number): void {

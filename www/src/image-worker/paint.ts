@@ -10,8 +10,11 @@ export interface Bytes extends Size {
   readonly data: Uint8Array<ArrayBuffer>;
 }
 
-export function bitmapOf({ data, width, height }: Rgba): Promise<ImageBitmap> {
-  return createImageBitmap(new ImageData(data, width, height));
+export function bitmapOf(
+  { data, width, height }: Rgba,
+  colorSpace: PredefinedColorSpace,
+): Promise<ImageBitmap> {
+  return createImageBitmap(new ImageData(data, width, height, { colorSpace }));
 }
 
 /** Draws a depth map in colours, at most `width` pixels wide. */

@@ -3,6 +3,7 @@ import { decodePhoto } from "./decode-photo.js";
 import { holeShare } from "./depth-colours.js";
 import { encode } from "./encode.js";
 import { gainPicture } from "./gain.js";
+import { turnDepth } from "./turn-depth.js";
 import { bitmapOf, depthBitmap, labelsBitmap, seamBitmap, voidBitmap } from "./paint.js";
 
 /** Tasks that would block the main thread. */
@@ -16,6 +17,7 @@ export const tasks = {
   labelsBitmap,
   gainPicture,
   holeShare,
+  turnDepth,
   encode,
 };
 

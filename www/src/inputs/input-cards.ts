@@ -79,6 +79,7 @@ function bindNext(store: Store): void {
 function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
   const card = find(document, `[data-slot="${slot}"]`, HTMLElement);
   const remove = fillCard(card, slot, loader);
+  const turn = card.querySelector<HTMLElement>('[data-part="turn"]');
   const thumb = find(card, ".thumb", HTMLElement);
   const canvas = find(card, "canvas", HTMLCanvasElement);
   const sizeLine = find(card, '[data-part="size"]', HTMLElement);
@@ -101,6 +102,7 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
       fileLine.title = loaded?.file.name ?? "";
       choose.textContent = loaded ? "Change" : "Choose";
       if (remove) remove.hidden = !loaded;
+      if (turn) turn.hidden = !loaded;
     }
     const problem = state.problems[slot];
     const show = (text: string) => {
@@ -151,9 +153,14 @@ function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLE
   const remove = find(card, '[data-part="remove"]', HTMLElement);
   if (slot === "target" || slot === "reference") {
     remove.remove();
+    find(card, '[data-part="turn"]', HTMLElement).addEventListener(
+      "click",
+      () => void loader.turn(slot),
+    );
     return null;
   }
   find(card, ".camera", HTMLElement).remove();
+  find(card, '[data-part="turn"]', HTMLElement).remove();
   remove.addEventListener("click", () => {
     loader.clear([slot]);
     inputs[0]?.focus();

@@ -1,8 +1,15 @@
-import { defaultSettings, photoSlots, slotNames, withLoaded } from "../state.js";
+import {
+  defaultSettings,
+  depthSlot,
+  photoSlots,
+  slotNames,
+  turnMatches,
+  withLoaded,
+} from "../state.js";
 import type {
-  Contents,
   DepthSettings,
   Loaded,
+  PhotoSlot,
   Settings,
   SlotName,
   Slots,
@@ -11,12 +18,13 @@ import type {
 } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
-import { readCase, readMatches, type Case } from "./parse-files.js";
+import { decodeSlot, inOneColourSpace, turnsOf } from "./decode-slots.js";
+import type { Files } from "./decode-slots.js";
+import { readCase, type Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
 
-type Files = { readonly [K in SlotName]?: File };
 type Origin = Loaded<unknown>["origin"];
 
 /** Loads files into slots. A slot keeps its content if its new file cannot be used. */
@@ -96,6 +104,39 @@ export class InputLoader {
     } catch (error) {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
     }
+  }
+
+  /** Turns a photo by 90° clockwise, with its depth map and the matches. */
+  async turn(slot: PhotoSlot): Promise<void> {
+    const { state } = this.#store;
+    const loaded = state.slots[slot];
+    if (!loaded || state.loading.has(slot)) return;
+    const token = Symbol();
+    this.#latest.set(slot, token);
+    this.#store.set({ loading: new Set([...state.loading, slot]), undo: null });
+    const { file, content } = loaded;
+    const { turns, colourSpace } = content;
+    const map = state.slots[depthSlot[slot]];
+    const limit = state.settings.photoLimit;
+    const [turned, depth] = await Promise.all([
+      imageTask("decodePhoto", file, file.name, limit, (turns + 1) % 4, colourSpace),
+      map && imageTask("turnDepth", map.content),
+    ]);
+    if (this.#latest.get(slot) !== token) return;
+    const now = this.#store.state;
+    const { matches } = now.slots;
+    this.#store.set({
+      slots: {
+        ...now.slots,
+        [slot]: { ...loaded, content: turned },
+        ...(map && depth && { [depthSlot[slot]]: { ...map, content: depth } }),
+        matches: matches && {
+          ...matches,
+          content: turnMatches(matches.content, slot, content.original.height),
+        },
+      },
+      loading: new Set([...now.loading].filter((name) => name !== slot)),
+    });
   }
 
   /** Decodes the photos again after the size limit has changed. */
@@ -191,8 +232,12 @@ export class InputLoader {
     });
     const limit = state.settings.photoLimit;
     const outcomes = await Promise.all(
-      names.map((slot) => decodeSlot(slot, files[slot], origin, limit)),
+      names.map((slot) =>
+        decodeSlot(slot, files[slot], origin, limit, turnsOf(state, slot, files)),
+      ),
     );
+    const arrived = Object.assign({}, ...outcomes.filter((outcome) => typeof outcome !== "string"));
+    const recoloured = await inOneColourSpace({ ...this.#store.state.slots, ...arrived }, limit);
     const current = names.filter((slot) => this.#latest.get(slot) === token);
     let { problems } = this.#store.state;
     let loaded: Partial<Slots> = {};
@@ -202,7 +247,11 @@ export class InputLoader {
       if (typeof outcome === "string") problems = { ...problems, [slot]: outcome };
       else loaded = { ...loaded, ...outcome };
     }
-    const slots = withLoaded(this.#store.state.slots, loaded);
+    let slots = withLoaded(this.#store.state.slots, loaded);
+    for (const slot of photoSlots) {
+      const other = recoloured[slot];
+      if (other && slots[slot]?.file === other.file) slots = { ...slots, [slot]: other };
+    }
     this.#store.set({
       slots,
       settings: depthSettingsAfter(this.#store.state, slots, loaded, depth),
@@ -244,16 +293,6 @@ export class InputLoader {
   }
 }
 
-/** The decoder of each slot. Each rejects with an {@link InputFileError}. */
-const decoders: { readonly [K in SlotName]: (file: File, limit: number) => Promise<Contents[K]> } =
-  {
-    target: (file, limit) => imageTask("decodePhoto", file, file.name, limit),
-    reference: (file, limit) => imageTask("decodePhoto", file, file.name, limit),
-    targetDepth: (file) => imageTask("decodeDepth", file, file.name),
-    referenceDepth: (file) => imageTask("decodeDepth", file, file.name),
-    matches: (file) => readMatches(file),
-  };
-
 /** The settings after loading: they follow the depth maps that have come or gone. */
 function depthSettingsAfter(
   { slots: before, settings }: State,
@@ -270,21 +309,6 @@ function depthSettingsAfter(
     after = { ...after, depthSource: "files", depth: depth ?? after.depth };
   }
   return after;
-}
-
-/** Decodes the file of a slot. Returns the slot, or why decoding failed. */
-async function decodeSlot<K extends SlotName>(
-  slot: K,
-  file: File | undefined,
-  origin: Origin,
-  limit: number,
-): Promise<Partial<Slots> | string | null> {
-  if (!file) return null;
-  try {
-    return { [slot]: { file, content: await decoders[slot](file, limit), origin } };
-  } catch (error) {
-    return error instanceof Error ? error.message : String(error);
-  }
 }
 
 function namesAbsent(theCase: Case, placed: Files): string[] {

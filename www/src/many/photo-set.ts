@@ -48,9 +48,17 @@ export function limitOf(count: number, chosen: number): number {
   return count <= 20 ? 1536 : 1280;
 }
 
-/** Whether a photo is to be decoded, for the first time or at another size. */
-export function isDue({ content, limit, problem }: SetPhoto, wanted: number): boolean {
+/** The colour space of a set: the larger one if any photo has it. */
+export function coloursOfSet({ photos }: PhotoSet): PredefinedColorSpace {
+  const wide = photos.some(({ content }) => content?.colourSpace === "display-p3");
+  return wide ? "display-p3" : "srgb";
+}
+
+/** Whether a photo of a set is to be decoded, for the first time, at another size, or in another colour space. */
+export function isDue({ content, limit, problem }: SetPhoto, set: PhotoSet): boolean {
   if (!content) return problem === null;
+  if (content.colourSpace !== coloursOfSet(set)) return true;
+  const wanted = set.limit;
   const { original, width } = content;
   const longer = Math.max(original.width, original.height);
   return limit !== wanted && (width < original.width || (wanted > 0 && longer > wanted));
@@ -65,7 +73,7 @@ export function usablePhotos(set: PhotoSet): SetPhoto[] {
 /** Whether a photo is still to be decoded. */
 export function isReading(set: PhotoSet): boolean {
   const unused = whyUnused(set);
-  return set.photos.some((photo) => isDue(photo, set.limit) && !unused.has(photo.id));
+  return set.photos.some((photo) => isDue(photo, set) && !unused.has(photo.id));
 }
 
 /** Why photos of the set are not stitched, by their id: what can be told before stitching. */

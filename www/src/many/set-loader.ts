@@ -1,6 +1,7 @@
 import { imageTask } from "../image-worker/client.js";
 import { noSlots, photoSlots, type Slots, type State, type Store } from "../state.js";
 import {
+  coloursOfSet,
   isDue,
   isReading,
   limitOf,
@@ -73,6 +74,20 @@ export class SetLoader {
     void this.read();
   }
 
+  /** Turns a photo by 90° clockwise. */
+  async turn(id: number): Promise<void> {
+    const photo = this.#store.state.set?.photos.find((photo) => photo.id === id);
+    if (!photo?.content || this.#reading.has(id)) return;
+    const { turns, colourSpace } = photo.content;
+    this.#reading.add(id);
+    const decoded = await decode(photo, photo.limit, (turns + 1) % 4, colourSpace);
+    this.#reading.delete(id);
+    const { set } = this.#store.state;
+    if (!set?.photos.some(({ content }) => content === photo.content)) return;
+    const photos = set.photos.map((other) => (other.id === id ? { ...other, ...decoded } : other));
+    this.#store.set({ set: { ...set, photos }, undo: null });
+  }
+
   /** Chooses the photo in whose view all are shown; null for the one in the middle. */
   chooseReference(reference: number | null): void {
     const { set } = this.#store.state;
@@ -100,7 +115,8 @@ export class SetLoader {
       if (!next) return;
       const { limit } = set;
       this.#reading.add(next.id);
-      const decoded = await decode(next, limit);
+      const colours = coloursOfSet(set) === "display-p3" ? "display-p3" : null;
+      const decoded = await decode(next, limit, next.content?.turns, colours);
       this.#reading.delete(next.id);
       const { set: now } = this.#store.state;
       // A photo that was removed meanwhile, or is wanted at another size now.
@@ -115,7 +131,7 @@ export class SetLoader {
   #next(set: PhotoSet): SetPhoto | undefined {
     const unused = whyUnused(set);
     return set.photos.find(
-      (photo) => isDue(photo, set.limit) && !unused.has(photo.id) && !this.#reading.has(photo.id),
+      (photo) => isDue(photo, set) && !unused.has(photo.id) && !this.#reading.has(photo.id),
     );
   }
 }
@@ -123,9 +139,11 @@ export class SetLoader {
 async function decode(
   { file }: SetPhoto,
   limit: number,
+  turns: number | undefined,
+  colours: PredefinedColorSpace | null,
 ): Promise<Pick<SetPhoto, "content"> | Pick<SetPhoto, "problem">> {
   try {
-    return { content: await imageTask("decodePhoto", file, file.name, limit) };
+    return { content: await imageTask("decodePhoto", file, file.name, limit, turns, colours) };
   } catch (error) {
     return { problem: error instanceof Error ? error.message : String(error) };
   }

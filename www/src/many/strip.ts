@@ -12,6 +12,7 @@ interface Tile {
   readonly name: HTMLElement;
   readonly line: HTMLElement;
   readonly note: HTMLElement;
+  readonly turn: HTMLButtonElement;
   readonly remove: HTMLButtonElement;
   /** What the canvas shows. */
   drawn: ImageBitmap | null;
@@ -42,7 +43,10 @@ export function bindStrip(store: Store, loader: SetLoader): void {
     }
     for (const { id } of photos) {
       if (tiles.has(id)) continue;
-      const tile = makeTile(() => remove(id));
+      const tile = makeTile(
+        () => remove(id),
+        () => void loader.turn(id),
+      );
       tiles.set(id, tile);
       list.append(tile.item);
     }
@@ -63,7 +67,7 @@ export function bindStrip(store: Store, loader: SetLoader): void {
   draw(store.state);
 }
 
-function makeTile(onRemove: () => void): Tile {
+function makeTile(onRemove: () => void, onTurn: () => void): Tile {
   const canvas = make("canvas", { width: "4", height: "3", role: "img" });
   const name = make("p", { class: "file" });
   const line = make("p", { class: "size" });
@@ -71,11 +75,15 @@ function makeTile(onRemove: () => void): Tile {
   const remove = make("button", { type: "button", class: "remove", "aria-keyshortcuts": "Delete" });
   remove.append(make("span", { "aria-hidden": "true" }, "×"));
   remove.addEventListener("click", onRemove);
+  const turn = make("button", { type: "button", class: "turn", title: "Turn by 90°" });
+  turn.append(make("span", { "aria-hidden": "true" }, "↻"));
+  turn.addEventListener("click", onTurn);
   const item = make(
     "li",
     { class: "tile" },
     make("div", { class: "thumb" }, canvas),
     make("div", { class: "words" }, name, line, note),
+    turn,
     remove,
   );
   item.addEventListener("keydown", (event) => {
@@ -83,7 +91,7 @@ function makeTile(onRemove: () => void): Tile {
     event.preventDefault();
     onRemove();
   });
-  return { item, canvas, name, line, note, remove, drawn: null };
+  return { item, canvas, name, line, note, turn, remove, drawn: null };
 }
 
 function fillTile(
@@ -127,6 +135,7 @@ function fillTile(
   if (tile.note.textContent !== words) tile.note.textContent = words;
   tile.remove.setAttribute("aria-label", `Remove photo ${number}, ${file.name}`);
   tile.remove.title = `Remove ${file.name}`;
+  tile.turn.setAttribute("aria-label", `Turn photo ${number}, ${file.name}, by 90°`);
   if (content && tile.drawn !== content.preview) {
     tile.drawn = content.preview;
     tile.canvas.width = content.preview.width;

@@ -1,6 +1,6 @@
 import { byId, onClick, setEnabled } from "../dom.js";
 import { manyReportJson } from "../many/report-text.js";
-import type { ManyOutcome, Outcome, Store } from "../state.js";
+import { coloursOf, type ManyOutcome, type Outcome, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { Format, Rect } from "../image-worker/encode.js";
 import type { Rgba } from "../image-worker/paint.js";
@@ -30,11 +30,22 @@ export function bindExport(store: Store, version: string): void {
   });
 
   const chosenFormat = (): Format => (format.value === "png" ? "png" : "jpeg");
-  const encoded = ({ data, width, height }: Rgba, part: Rect, type: Format) =>
-    imageTask("encode", { data, width, height }, part, type);
-  const saveImage = async (image: Rgba, part: Rect, name: string) => {
+  const encoded = (
+    outcome: Outcome | ManyOutcome,
+    { data, width, height }: Rgba,
+    part: Rect,
+    type: Format,
+    source: File | null = null,
+  ) => imageTask("encode", { data, width, height }, part, type, coloursOf(outcome), source);
+  const saveImage = async (
+    outcome: Outcome | ManyOutcome,
+    image: Rgba,
+    part: Rect,
+    name: string,
+    source: File | null,
+  ) => {
     const type = chosenFormat();
-    const blob = await encoded(image, part, type);
+    const blob = await encoded(outcome, image, part, type, source);
     saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
     status.textContent = `Saved ${name}, ${part.width} × ${part.height} pixels.`;
   };
@@ -53,20 +64,22 @@ export function bindExport(store: Store, version: string): void {
   };
   onSave("download-mosaic", async (outcome) => {
     const part = savedPart(outcome, crop.value);
-    await saveImage(outcome.mosaic, part, `${baseName(outcome)}-stitched`);
+    const name = `${baseName(outcome)}-stitched`;
+    await saveImage(outcome, outcome.mosaic, part, name, referenceFile(outcome));
     store.set({ saved: outcome });
   });
   onSave("copy-mosaic", async (outcome) => {
     const part = savedPart(outcome, crop.value);
     // The clipboard takes PNG only. The promise is passed on, as Safari forgets the click while it waits.
-    const png = encoded(outcome.mosaic, part, "png");
+    const png = encoded(outcome, outcome.mosaic, part, "png");
     await navigator.clipboard.write([new ClipboardItem({ "image/png": png })]);
     status.textContent = `Copied, ${part.width} × ${part.height} pixels.`;
     store.set({ saved: outcome });
   });
   onSave("share-mosaic", async (outcome) => {
     const type = chosenFormat();
-    const blob = await encoded(outcome.mosaic, savedPart(outcome, crop.value), type);
+    // Without camera data: they may say where the photos were taken.
+    const blob = await encoded(outcome, outcome.mosaic, savedPart(outcome, crop.value), type);
     const name = `${baseName(outcome)}-stitched.${type === "png" ? "png" : "jpg"}`;
     try {
       await navigator.share({ files: [new File([blob], name, { type: blob.type })] });
@@ -80,7 +93,8 @@ export function bindExport(store: Store, version: string): void {
   onSave("download-warped", (outcome) => {
     if (outcome.kind !== "pair") return;
     const { warped } = outcome.result;
-    return saveImage(warped, whole(warped), `${baseName(outcome)}-aligned`);
+    const source = outcome.slots.target?.file ?? null;
+    return saveImage(outcome, warped, whole(warped), `${baseName(outcome)}-aligned`, source);
   });
   onSave("download-report", (outcome) => {
     const json =
@@ -97,6 +111,12 @@ export function bindExport(store: Store, version: string): void {
         void (status.textContent = "Copy the URL of this page instead: it contains the settings."),
     );
   });
+}
+
+/** The file of the photo in whose view the result is. */
+function referenceFile(outcome: Outcome | ManyOutcome): File | null {
+  if (outcome.kind === "pair") return outcome.slots.reference?.file ?? null;
+  return outcome.photos[outcome.result.reference]?.file ?? null;
 }
 
 /** Whether the browser can pass pictures to other programs; those of desktops mostly cannot. */

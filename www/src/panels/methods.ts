@@ -3,7 +3,7 @@ import { byId, context2d, find, make, onClick, setEnabled } from "../dom.js";
 import { isDegenerate, jobFor, methods, type Method } from "../run/methods.js";
 import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
-import type { Store } from "../state.js";
+import type { Outcome, Store } from "../state.js";
 import { pictureBitmap } from "../view/bitmaps.js";
 import { comparison } from "../view/compare-views.js";
 import { decibels, percent, similarity } from "../text/numbers.js";
@@ -28,13 +28,13 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
     const cards = offered.map((method) => makeCard(method.label, method.hint));
     const own = makeCard("depthstitch", "the result above");
     list.replaceChildren(...cards, own);
-    void fillCard(own, outcome.result);
+    void fillCard(own, outcome.result, outcome);
     void runner.compute(async (call) => {
       for (const [index, method] of offered.entries()) {
         const card = cards[index];
         if (!card || store.state.outcome !== outcome) return;
         try {
-          await fillCard(card, await resultOf(jobFor(method, outcome), call));
+          await fillCard(card, await resultOf(jobFor(method, outcome), call), outcome);
           const open = make("button", { type: "button" }, "Before and after");
           open.append(make("span", { class: "visually-hidden" }, ` with ${method.label}`));
           open.addEventListener("click", () => compare(method));
@@ -65,8 +65,8 @@ function makeCard(label: string, hint: string): HTMLLIElement {
   );
 }
 
-async function fillCard(card: HTMLElement, result: StitchResult): Promise<void> {
-  const bitmap = await pictureBitmap(result.warped);
+async function fillCard(card: HTMLElement, result: StitchResult, outcome: Outcome): Promise<void> {
+  const bitmap = await pictureBitmap(result.warped, outcome);
   const canvas = find(card, "canvas", HTMLCanvasElement);
   const scale = Math.min(1, width / bitmap.width);
   canvas.width = Math.round(bitmap.width * scale);

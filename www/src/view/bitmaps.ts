@@ -1,4 +1,4 @@
-import type { ManyOutcome, Outcome } from "../state.js";
+import { coloursOf, type ManyOutcome, type Outcome } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { DepthMap } from "../image-worker/contents.js";
 import type { GainPicture } from "../image-worker/gain.js";
@@ -21,9 +21,12 @@ function nextTask(): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve));
 }
 
-export function pictureBitmap(image: Rgba): Promise<ImageBitmap> {
+/** A picture of an outcome, in the colour space of that. */
+export function pictureBitmap(image: Rgba, outcome: Outcome | ManyOutcome): Promise<ImageBitmap> {
   const { data, width, height } = image;
-  return bitmap(image, "picture", () => imageTask("bitmapOf", { data, width, height }));
+  return bitmap(image, "picture", () =>
+    imageTask("bitmapOf", { data, width, height }, coloursOf(outcome)),
+  );
 }
 
 export function voidsBitmap({ result }: Outcome | ManyOutcome): Promise<ImageBitmap> {

@@ -48,7 +48,7 @@ export async function mosaicScene(
   outcome: Outcome | ManyOutcome,
   view: ViewContext,
 ): Promise<Pick<Opened, "scene" | "close">> {
-  const bitmap = await pictureBitmap(outcome.mosaic);
+  const bitmap = await pictureBitmap(outcome.mosaic, outcome);
   const saved = cropOutline(outcome, view);
   return { scene: canvasScene(outcome, bitmap, saved.draw), close: saved.close };
 }
@@ -78,7 +78,7 @@ export const warpView: View = {
   group: "steps",
   async open(outcome, view) {
     const { result } = outcome;
-    const bitmap = await pictureBitmap(result.warped);
+    const bitmap = await pictureBitmap(result.warped, outcome);
     const { width, height } = shownReference(outcome);
     // The grid's lines are straight between its nodes, and a frame is, on a plane only.
     const plane = result.projection === "plane";

@@ -18,7 +18,7 @@ export const compareView: View = {
   group: "result",
   async open(outcome, view) {
     const offered = methods.filter((method) => !isDegenerate(method, outcome));
-    const after = await pictureBitmap(outcome.mosaic);
+    const after = await pictureBitmap(outcome.mosaic, outcome);
     const afterExtent = canvasExtent(outcome);
     let before: { bitmap: ImageBitmap; extent: Extent; label: string } | null = null;
     const choose = async (id: string) => {
@@ -27,7 +27,7 @@ export const compareView: View = {
       comparison.method = method.id;
       const result = await view.resultBy(method, outcome);
       before = {
-        bitmap: await pictureBitmap(result.mosaic),
+        bitmap: await pictureBitmap(result.mosaic, outcome),
         extent: canvasExtent({ result }),
         label: `${method.label} · ${agreement(result)}`,
       };
@@ -180,8 +180,8 @@ export const blinkView: View = {
     const { result } = outcome;
     const shown = shownReference(outcome);
     const [warped, reference] = await Promise.all([
-      pictureBitmap(result.warped),
-      pictureBitmap(shown),
+      pictureBitmap(result.warped, outcome),
+      pictureBitmap(shown, outcome),
     ]);
     const { width, height } = shown;
     let first = false;

@@ -63,7 +63,10 @@ export const matchesView: View = {
   async open(outcome, view) {
     const { job, result } = outcome;
     const { targetDepth, referenceDepth } = result;
-    const photos = await both(pictureBitmap(job.target), pictureBitmap(job.reference));
+    const photos = await both(
+      pictureBitmap(job.target, outcome),
+      pictureBitmap(job.reference, outcome),
+    );
     const shown = { inliers: true, outliers: true, lines: false, depth: false };
     let depth: readonly [ImageBitmap, ImageBitmap] | null = null;
     const toggle = (key: keyof typeof shown, text: string, swatch = "") =>
