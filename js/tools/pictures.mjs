@@ -1,5 +1,5 @@
-// Makes the images of README.md: renders the sample, stitches it by the command line, with and without depth maps, and
-// downscales the results.
+// Makes the images of README.md and of the page's start: renders the sample, stitches it by the command line, with depth maps and by
+// a homography alone, and downscales the results.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { build } from "./build.mjs";
@@ -12,6 +12,8 @@ import { isMain, root, run } from "./shared.mjs";
 const BACKGROUND = 255;
 const QUALITY = 82;
 const MAX_BYTES = 120 * 1024;
+/** What the start of the page shows of both mosaics, in pixels of the reference, and how: it is part of the first load. */
+const DETAIL = { x: 0, y: 225, width: 576, height: 288, shown: 400, quality: 38 };
 
 const sample = join(root, "www", "public", "sample");
 const work = join(root, "target", "pictures");
@@ -24,10 +26,15 @@ export async function makePictures() {
   mkdirSync(out, { recursive: true });
 
   const made = (/** @type {string} */ name) => join(work, name);
-  const [mosaic, warped, baseline] = ["mosaic.png", "warped.png", "homography.png"].map(made);
-  stitch(["--case", sample, "--warped", `${warped}`, "-o", `${mosaic}`]);
+  const mosaic = made("mosaic.png");
+  const warped = made("warped.png");
+  const baseline = made("homography.png");
+  const reports = { before: made("before.json"), after: made("after.json") };
+  stitch(["--case", sample, "--warped", warped, "-o", mosaic, "--report", reports.after]);
   const photos = ["target.jpg", "reference.jpg"].map((name) => join(sample, name));
-  stitch([...photos, "--matches", join(sample, "matches.csv"), "-o", `${baseline}`]);
+  const homography = ["--without-depth", "homography", "--blending", "average"];
+  const matches = ["--matches", join(sample, "matches.csv")];
+  stitch([...photos, ...matches, ...homography, "-o", baseline, "--report", reports.before]);
 
   const { decodeImage, encodeJpeg } = await import("../../dist/codecs.js");
   for (const [name, file, width] of /** @type {[string, string, number][]} */ ([
@@ -43,6 +50,32 @@ export async function makePictures() {
     writeFileSync(join(out, `${name}.jpg`), jpeg);
     console.log(`www/pictures/${name}.jpg: ${small.width}×${small.height}, ${jpeg.length} bytes`);
   }
+  for (const [name, file] of /** @type {["before" | "after", string][]} */ ([
+    ["before", baseline],
+    ["after", mosaic],
+  ])) {
+    const { offset } = JSON.parse(readFileSync(reports[name], "utf8")).canvas;
+    const part = cut(await decodeImage(readFileSync(file)), offset, DETAIL);
+    const jpeg = await encodeJpeg(shrink(part, DETAIL.shown), DETAIL.quality);
+    writeFileSync(join(out, `${name}.jpg`), jpeg);
+    console.log(`www/pictures/${name}.jpg: ${jpeg.length} bytes`);
+  }
+}
+
+/**
+ * A rectangle of an image, from a corner of it.
+ *
+ * @param {ImageInput} image
+ * @param {{ x: number, y: number }} corner
+ * @param {{ x: number, y: number, width: number, height: number }} part
+ */
+function cut(image, corner, { x, y, width, height }) {
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let row = 0; row < height; row++) {
+    const from = 4 * ((corner.y + y + row) * image.width + corner.x + x);
+    data.set(image.data.subarray(from, from + 4 * width), 4 * row * width);
+  }
+  return { data, width, height };
 }
 
 /** Runs the command line. @param {string[]} args */

@@ -301,8 +301,14 @@ test("a phone held sideways shows photos and result beside each other", async ()
   await close();
 });
 
-test("loads in 260 KB", async () => {
+test("loads in 260 KB, with what the page is for in two pictures", async () => {
   const { page, close } = await site.open();
+  const pictures = page.locator(".difference img");
+  await page.waitForFunction(() => [...document.images].every(({ complete }) => complete));
+  const widths = await pictures.evaluateAll((images) =>
+    images.map((image) => (image instanceof HTMLImageElement ? image.naturalWidth : 0)),
+  );
+  assert.deepEqual(widths, [400, 400]);
   /** @type {string[]} */
   const loaded = await page.evaluate(() =>
     performance
