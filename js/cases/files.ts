@@ -1,11 +1,12 @@
 import { readFile } from "node:fs/promises";
 
 import { FileError, systemCode } from "./errors.js";
+import { systemPath } from "./file-names.js";
 
 /** Reads a file. @throws {FileError} `not-found`, `not-readable`. */
 export async function readBytes(path: string): Promise<Uint8Array> {
   try {
-    return await readFile(path);
+    return await readFile(systemPath(path));
   } catch (error) {
     const code = systemCode(error);
     if (code === "ENOENT" || code === "ENOTDIR")

@@ -1,6 +1,8 @@
 import { readlinkSync, statSync } from "node:fs";
 import { basename, dirname, resolve } from "node:path";
 
+import { nameOf, systemPath } from "../cases/file-names.js";
+
 /** Links to links to … that are followed where none of them leads to a file. */
 const MOST_LINKS = 40;
 
@@ -19,13 +21,13 @@ export function identity(path: string): string {
 
 /** What the system knows a file or folder by; undefined if there is none. */
 function inode(path: string): string | undefined {
-  const found = statSync(path, { bigint: true, throwIfNoEntry: false });
+  const found = statSync(systemPath(path), { bigint: true, throwIfNoEntry: false });
   return found && `${found.dev}:${found.ino}`;
 }
 
 function linkTarget(path: string): string | undefined {
   try {
-    return readlinkSync(path);
+    return nameOf(readlinkSync(systemPath(path), "buffer"));
   } catch {
     return undefined;
   }

@@ -1,6 +1,17 @@
 #!/usr/bin/env node
+import { readFileSync } from "node:fs";
+
 import { systemCode } from "../cases/errors.js";
+import { nameOf } from "../cases/file-names.js";
 import { printError, run } from "./run.js";
+
+/** The arguments. Node replaces bytes that are not UTF-8, so such names are read from the system. */
+function givenArguments(): string[] {
+  const args = process.argv.slice(2);
+  if (process.platform !== "linux" || !args.some((arg) => arg.includes("\ufffd"))) return args;
+  const all = readFileSync("/proc/self/cmdline").toString("latin1").split("\0").slice(0, -1);
+  return all.slice(-args.length).map((arg) => nameOf(Buffer.from(arg, "latin1")));
+}
 
 let lost = false;
 for (const stream of [process.stdout, process.stderr]) {
@@ -14,5 +25,5 @@ for (const stream of [process.stdout, process.stderr]) {
   });
 }
 
-const status = await run(process.argv.slice(2));
+const status = await run(givenArguments());
 process.exitCode = lost ? 1 : status;

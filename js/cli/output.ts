@@ -3,6 +3,7 @@ import { access, constants, open, realpath, rename, rm, stat, writeFile } from "
 import { basename, dirname, join } from "node:path";
 
 import { FileError, systemCode } from "../cases/errors.js";
+import { nameOf, systemPath } from "../cases/file-names.js";
 
 /** A file to be written, first to `temporary` in the same folder. */
 interface Pending {
@@ -27,16 +28,21 @@ export interface OutputFiles {
 export async function openOutputs(paths: readonly string[]): Promise<OutputFiles> {
   const pending: Pending[] = [];
   const discard = async (): Promise<void> => {
-    await Promise.all(pending.map(({ temporary }) => temporary && rm(temporary, { force: true })));
+    await Promise.all(
+      pending.map(({ temporary }) => temporary && rm(systemPath(temporary), { force: true })),
+    );
   };
   const commit = async (contents: ReadonlyMap<string, Uint8Array>): Promise<void> => {
     for (const { path, temporary } of pending) {
       await writing(path, () =>
-        writeFile(temporary ?? path, contents.get(path) ?? new Uint8Array()),
+        writeFile(systemPath(temporary ?? path), contents.get(path) ?? new Uint8Array()),
       );
     }
     for (const { path, temporary } of pending) {
-      if (temporary) await writing(path, async () => rename(temporary, await target(path)));
+      if (!temporary) continue;
+      await writing(path, async () =>
+        rename(systemPath(temporary), systemPath(await target(path))),
+      );
     }
   };
   try {
@@ -51,19 +57,19 @@ export async function openOutputs(paths: readonly string[]): Promise<OutputFiles
 }
 
 async function openTemporary(path: string): Promise<string | undefined> {
-  const existing = await stat(path).catch(() => undefined);
+  const existing = await stat(systemPath(path)).catch(() => undefined);
   if (existing?.isDirectory()) throw new FileError("not-writable", path, "is a folder");
-  if (existing) await access(path, constants.W_OK);
+  if (existing) await access(systemPath(path), constants.W_OK);
   if (existing && !existing.isFile()) return undefined;
   const place = await target(path);
   const temporary = join(dirname(place), `.${basename(place)}.${randomUUID()}.tmp`);
-  await (await open(temporary, "wx")).close();
+  await (await open(systemPath(temporary), "wx")).close();
   return temporary;
 }
 
 /** Resolves symbolic links, so that the file that a link points to is replaced rather than the link. */
 async function target(path: string): Promise<string> {
-  return realpath(path).catch(() => path);
+  return realpath(systemPath(path), "buffer").then(nameOf, () => path);
 }
 
 async function writing<T>(path: string, write: () => Promise<T>): Promise<T> {
