@@ -5,6 +5,7 @@ import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
 import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
 import { FileError } from "./errors.js";
 import { readBytes, readText } from "./files.js";
+import { inTurn, type Reading } from "./in-turn.js";
 import { parseMatches } from "./matches-file.js";
 import { parseNpy, type NumericArray } from "./npy.js";
 
@@ -51,15 +52,18 @@ export interface Case extends Pair {
 /** Name of the file that describes a case. */
 export const CASE_FILE = "case.json";
 
-/** Reads and decodes a pair. @throws {FileError} */
-export async function loadPair(files: PairFiles): Promise<Pair> {
+/** Reads and decodes a pair, one file after another. @throws {FileError} */
+export async function loadPair(files: PairFiles, reading: Reading = {}): Promise<Pair> {
   const { depth } = files;
+  const read = inTurn(reading);
+  const readDepth = (path: string | null | undefined) =>
+    depth && path ? read(path, () => loadDepth(path, depth)) : undefined;
   const [target, reference, matches, targetDepth, referenceDepth] = await Promise.all([
-    loadPhoto(files.target),
-    loadPhoto(files.reference),
-    files.matches === null ? undefined : loadMatches(files.matches),
-    depth?.target ? loadDepth(depth.target, depth) : undefined,
-    depth?.reference ? loadDepth(depth.reference, depth) : undefined,
+    read(files.target, loadPhoto),
+    read(files.reference, loadPhoto),
+    files.matches === null ? undefined : read(files.matches, loadMatches),
+    readDepth(depth?.target),
+    readDepth(depth?.reference),
   ]);
   return {
     target: target.image,

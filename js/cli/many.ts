@@ -1,4 +1,5 @@
 import { loadPhoto } from "../cases/case.js";
+import { inTurn } from "../cases/in-turn.js";
 import { encodeGrayPng } from "../codecs.js";
 import {
   crop,
@@ -13,7 +14,7 @@ import type { Outputs, StitchManyCommand } from "./arguments.js";
 import { matchColours } from "./colours.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import type { Produced } from "./produced.js";
-import type { ProgressLine } from "./progress.js";
+import { readingOf, type ProgressLine } from "./progress.js";
 
 /** Reads, stitches and encodes three photos or more. */
 export async function stitchManyFiles(
@@ -21,9 +22,9 @@ export async function stitchManyFiles(
   line: ProgressLine,
   signal: AbortSignal,
 ): Promise<Produced> {
-  line.message("reading");
+  const read = inTurn({ signal, onFile: readingOf(photos, line) });
   // Without a reference the colours are those of the first photo, as it is chosen later.
-  const decoded = await Promise.all(photos.map(loadPhoto));
+  const decoded = await Promise.all(photos.map((path) => read(path, loadPhoto)));
   const colours = await matchColours(photos, decoded, reference ?? 0);
   const { images } = colours;
   const sizes = images.map(({ width, height }) => ({ width, height }));

@@ -1,3 +1,5 @@
+import { basename } from "node:path";
+
 import type { Progress } from "../index.js";
 
 /** Where progress is shown: stderr, or a stand-in for it. */
@@ -32,4 +34,10 @@ export function progressLine(terminal: Terminal, enabled: boolean): ProgressLine
       shown = "";
     },
   };
+}
+
+/** Says which of these files is read, each time it is called. */
+export function readingOf(files: readonly string[], line: ProgressLine): (path: string) => void {
+  let count = 0;
+  return (path) => line.message(`reading ${basename(path)} (${++count} of ${files.length})`);
 }

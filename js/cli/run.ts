@@ -16,7 +16,7 @@ import { helpText } from "./help.js";
 import { stitchManyFiles } from "./many.js";
 import { openOutputs } from "./output.js";
 import type { Produced } from "./produced.js";
-import { progressLine, type ProgressLine } from "./progress.js";
+import { progressLine, readingOf, type ProgressLine } from "./progress.js";
 import { report, summary } from "./report.js";
 import { UsageError } from "./usage.js";
 
@@ -95,8 +95,8 @@ async function stitchFiles(
   line: ProgressLine,
   signal: AbortSignal,
 ): Promise<Produced> {
-  line.message("reading");
-  const pair = await loadPair(files);
+  const onFile = readingOf(inputPaths(files), line);
+  const pair = await loadPair(files, { signal, onFile });
   const { matches, targetDepth, referenceDepth } = pair;
   const [ofTarget, ofReference] = pair.metadata;
   const photos = [

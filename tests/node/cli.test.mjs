@@ -130,7 +130,8 @@ test("progress is silent off a terminal unless asked for", async () => {
   const args = ["--case", join(folder, "case")];
   assert.doesNotMatch((await run(args)).stderr, /^warp/m);
   const { stderr } = await run([...args, "--progress"]);
-  for (const stage of ["reading", "estimate", "warp", "writing"]) {
+  const read = String.raw`reading reference\.png \(2 of 5\)`;
+  for (const stage of [read, "estimate", "warp", "writing"]) {
     assert.match(stderr, new RegExp(`^${stage}$`, "m"));
   }
 });
@@ -276,11 +277,11 @@ for (const [signal, status] of /** @type {const} */ ([
   ["SIGINT", 130],
   ["SIGTERM", 143],
 ])) {
-  test(`${signal} stops with ${status} and leaves nothing behind`, async () => {
+  test(`${signal} while files are read stops with ${status} and leaves nothing behind`, async () => {
     let interrupted = false;
     const result = await run([...pair(), ...depths(), "--progress"], (child) => {
       child.stderr?.on("data", (chunk) => {
-        if (interrupted || !String(chunk).includes("reading")) return;
+        if (interrupted || !String(chunk).includes("(1 of 5)")) return;
         interrupted = true;
         child.kill(signal);
       });
