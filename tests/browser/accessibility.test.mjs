@@ -212,7 +212,7 @@ test("the page works by keyboard alone", async () => {
   const { page, close } = await site.open();
   await page.locator("#start-sample").focus();
   await page.keyboard.press("Enter");
-  await page.locator("#status", { hasText: /…$/ }).waitFor();
+  await page.locator("#status", { hasText: /^Refining/ }).waitFor();
   await page.keyboard.press("Escape");
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   await page.locator("#run").focus();

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { after, test } from "node:test";
 import {
   assertSame,
+  exampleFile,
   finished,
   idle,
   savedPicture,
@@ -58,6 +59,32 @@ test("cancels in every stage, and runs again to the same bytes, twice", async ()
   await close();
 });
 
+test("cancels while photos are loaded, which leaves those that were there", async () => {
+  const { page, complaints, close } = await site.open();
+  await cancelDuring(page, "Loading");
+  await page.setInputFiles("#many-files", smallPhotos);
+  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
+  assert.equal(await page.locator("body").getAttribute("data-phase"), "start");
+  await page.setInputFiles("#many-files", smallPhotos);
+  await finished(page);
+  const before = await savedPicture(page);
+
+  await cancelDuring(page, "Loading");
+  await page.setInputFiles("#reference-file", exampleFile("reference.jpg"));
+  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
+  await stitchAgain(page);
+  assertSame(await savedPicture(page), before);
+
+  // Of a set those that are read are kept, and the others come back.
+  await cancelDuring(page, "Loading");
+  await page.setInputFiles("#add-files", [exampleFile("target.jpg")]);
+  await page.locator("#undo-text", { hasText: "Left out 1 photo" }).waitFor();
+  await page.locator("#undo-actions button", { hasText: "Read on" }).click();
+  await page.locator("#result-source", { hasText: "3 of 3 photos" }).waitFor();
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
 test("reports every stage in order", async () => {
   const { page, close } = await site.open();
   await page.evaluate(() => {
@@ -73,8 +100,8 @@ test("reports every stage in order", async () => {
   /** @type {string[]} */
   const heard = await page.evaluate("heard");
   // Depth is extrapolated after its refinement, so its stage appears twice.
-  const once = new Set(heard.map((words) => words.split(" ")[0]));
-  assert.deepEqual([...once], [...stages, ...later, "Done"]);
+  const once = new Set(heard.filter(Boolean).map((words) => words.split(" ")[0]));
+  assert.deepEqual([...once], ["Loading", ...stages, ...later, "Done"]);
   await close();
 });
 

@@ -7,7 +7,7 @@ import { bindPaste } from "./inputs/paste.js";
 import { bindLeaving } from "./leaving.js";
 import { bindOffline } from "./offline.js";
 import { bindProgress } from "./run/progress.js";
-import { bindRun, Runner } from "./run/run.js";
+import { bindRun, isLoading, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
 import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
 import { errorMessage } from "./text/errors.js";
@@ -25,7 +25,7 @@ async function start(): Promise<void> {
   bindPhase(store);
   bindUndo(store);
   bindProgress(store);
-  bindRun(store, runner);
+  bindRun(store, runner, loader);
   bindHead(store, loader, runner);
   bindLeaving(store);
   bindOffline();
@@ -56,7 +56,9 @@ async function start(): Promise<void> {
  */
 function bindPhase(store: Store): void {
   const { dataset } = document.body;
-  store.subscribe(({ slots, set, outcome }) => {
+  store.subscribe((state) => {
+    const { slots, set, outcome } = state;
+    dataset["loading"] = String(isLoading(state));
     const complete = set !== null || (slots.target !== null && slots.reference !== null);
     dataset["phase"] = outcome !== null || complete ? "work" : "start";
     dataset["photos"] = set ? "many" : "pair";

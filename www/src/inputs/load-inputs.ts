@@ -74,7 +74,7 @@ export class InputLoader {
       }
       const absent = theCase ? namesAbsent(theCase, placed) : [];
       if (theCase) this.#clearOthers(placed);
-      await this.#load(placed, "own", theCase?.depth);
+      if (!(await this.#load(placed, "own", theCase?.depth))) return;
       this.#reportProblems(placed);
       // A single photo has taken a free place, and files that are no photos have taken that of none.
       this.#reportReplaced(before, photos, theCase || photos.length > 1 ? own.length : 0);
@@ -99,7 +99,7 @@ export class InputLoader {
         }),
       );
       this.#clearOthers(files);
-      await this.#load(files, "sample", theCase.depth);
+      if (!(await this.#load(files, "sample", theCase.depth))) return;
       this.#reportReplaced(before, [], own.length);
     } catch (error) {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
@@ -218,8 +218,20 @@ export class InputLoader {
     this.clear(slotNames.filter((slot) => !files[slot]));
   }
 
-  /** Loads files into their slots. `depth` is the meaning of the depth values, if known. */
-  async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<void> {
+  /** Gives up what is being read: slots keep what they had. */
+  cancel(): void {
+    const { loading, set } = this.#store.state;
+    if (set) void this.sets().then((loader) => loader.cancel());
+    if (loading.size === 0) return;
+    for (const slot of loading) this.#latest.delete(slot);
+    this.#store.set({ loading: new Set(), status: "Cancelled" });
+  }
+
+  /**
+   * Loads files into their slots. `depth` is the meaning of the depth values, if known. Returns false if all were given up or have been
+   * replaced meanwhile.
+   */
+  async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<boolean> {
     const names = slotNames.filter((slot) => files[slot]);
     const token = Symbol();
     for (const slot of names) this.#latest.set(slot, token);
@@ -239,6 +251,7 @@ export class InputLoader {
     const arrived = Object.assign({}, ...outcomes.filter((outcome) => typeof outcome !== "string"));
     const recoloured = await inOneColourSpace({ ...this.#store.state.slots, ...arrived }, limit);
     const current = names.filter((slot) => this.#latest.get(slot) === token);
+    if (names.length > 0 && current.length === 0) return false;
     let { problems } = this.#store.state;
     let loaded: Partial<Slots> = {};
     for (const [index, slot] of names.entries()) {
@@ -258,6 +271,7 @@ export class InputLoader {
       problems,
       loading: new Set([...this.#store.state.loading].filter((slot) => !current.includes(slot))),
     });
+    return true;
   }
 
   #reportUnusedFiles(left: readonly File[], absent: readonly string[], placed: number): void {

@@ -1,5 +1,6 @@
 import { imageTask } from "../image-worker/client.js";
 import { noSlots, photoSlots, type Slots, type State, type Store } from "../state.js";
+import { count } from "../text/numbers.js";
 import {
   coloursOfSet,
   isDue,
@@ -72,6 +73,26 @@ export class SetLoader {
       },
     });
     void this.read();
+  }
+
+  /** Leaves out the photos that are not read yet, with a way back. */
+  cancel(): void {
+    const { set } = this.#store.state;
+    const photos = set?.photos.filter(({ content, problem }) => content ?? problem) ?? [];
+    const left = (set?.photos.length ?? 0) - photos.length;
+    if (!set || left === 0) return;
+    const back = () => {
+      this.#store.set({ set, slots: noSlots, undo: null });
+      void this.read();
+    };
+    this.#store.set({
+      ...asPair({ ...set, photos }),
+      status: "Cancelled",
+      undo: {
+        text: `Left out ${count(left, "photo that was", "photos that were")} not read yet.`,
+        choices: [{ label: "Read on", run: back }],
+      },
+    });
   }
 
   /** Turns a photo by 90° clockwise. */

@@ -1,5 +1,6 @@
 import { byId, make } from "../dom.js";
 import type { Running, State, Store } from "../state.js";
+import { isLoading } from "./run.js";
 import { percent } from "../text/numbers.js";
 import { stages, stageText } from "../text/report.js";
 
@@ -35,12 +36,16 @@ export function bindProgress(store: Store): void {
       steps[index]?.classList.toggle("done", index < current);
     }
     // Only stages are announced by screen readers, not every percent.
-    const text = running ? `${running.text ?? stageText[running.stage].doing}…` : idle;
+    const text = running
+      ? `${running.text ?? stageText[running.stage].doing}…`
+      : isLoading(state)
+        ? "Loading the photos…"
+        : idle;
     if (status.textContent !== text) status.textContent = text;
     const detail = running?.detail ? `${running.detail} · ` : "";
     fraction.textContent = running
       ? detail + percent(Math.round(100 * running.fraction) / 100)
-      : "";
+      : setProgress(state);
     bars.classList.toggle("idle", !running);
     waiting.hidden = outcome !== null || !running;
   };
@@ -48,6 +53,8 @@ export function bindProgress(store: Store): void {
     if (
       state.running !== before.running ||
       state.status !== before.status ||
+      state.loading !== before.loading ||
+      state.set !== before.set ||
       state.outcome !== before.outcome ||
       state === before
     ) {
@@ -55,6 +62,14 @@ export function bindProgress(store: Store): void {
     }
   });
   bindMessage(store);
+}
+
+/** How many photos of a set are read, while others are not. */
+function setProgress(state: State): string {
+  const { set } = state;
+  if (!set || !isLoading(state)) return "";
+  const read = set.photos.filter(({ content, problem }) => content ?? problem).length;
+  return `${read} of ${set.photos.length}`;
 }
 
 function stepList(shown: readonly Running["stage"][]): HTMLElement {

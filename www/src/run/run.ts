@@ -1,4 +1,5 @@
 import type { CallOptions } from "depthstitch";
+import type { InputLoader } from "../inputs/load-inputs.js";
 import { byId, onClick, setEnabled } from "../dom.js";
 import { NetworkError, runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
@@ -159,6 +160,11 @@ export class Runner {
   }
 }
 
+/** Whether photos or other files are being read. */
+export function isLoading({ loading, set }: State): boolean {
+  return loading.size > 0 || (set !== null && isReading(set));
+}
+
 /** Whether the result that is shown is one of the present photos. */
 export function isShown({ outcome, set, slots }: State): boolean {
   if (!outcome) return false;
@@ -189,25 +195,29 @@ function withDepth(
 }
 
 /** Binds the Stitch and Cancel buttons, and stitches automatically when the photos have changed. */
-export function bindRun(store: Store, runner: Runner): void {
+export function bindRun(store: Store, runner: Runner, loader: InputLoader): void {
   const runButton = byId("run", HTMLButtonElement);
   const cancelButton = byId("cancel", HTMLButtonElement);
   onClick(runButton, () => void runner.stitch());
-  onClick(cancelButton, () => runner.cancel());
+  const cancel = () => {
+    runner.cancel();
+    loader.cancel();
+  };
+  onClick(cancelButton, cancel);
   document.addEventListener("keydown", (event) => {
-    if (event.key === "Escape") runner.cancel();
+    if (event.key === "Escape") cancel();
   });
 
   let waiting = false;
   store.subscribe((state, before) => {
-    const { slots, set, loading, running, outcome, settings } = state;
+    const { slots, set, running, outcome, settings } = state;
     // The button is emphasized if inputs or settings have changed.
     const stale = !isShown(state) || outcome?.settings !== settings;
     runButton.classList.toggle("primary", stale && !running);
     if (!running !== !before.running || state === before) {
       setEnabled(runButton, !running);
-      setEnabled(cancelButton, Boolean(running));
     }
+    setEnabled(cancelButton, Boolean(running) || isLoading(state));
     const changed =
       set !== before.set || photoSlots.some((slot) => slots[slot] !== before.slots[slot]);
     if (changed) {
@@ -217,7 +227,7 @@ export function bindRun(store: Store, runner: Runner): void {
       waiting = complete && (running !== null || !isShown(state));
       if (!complete && running) runner.cancel();
     }
-    if (!waiting || loading.size > 0 || (set && isReading(set))) return;
+    if (!waiting || isLoading(state)) return;
     waiting = false;
     queueMicrotask(() => void runner.stitchAutomatically());
   });
