@@ -5,10 +5,18 @@
  * @param head the beginning of the file
  */
 export async function colourSpaceOf(head: ArrayBuffer): Promise<PredefinedColorSpace> {
-  // Older browsers ignore the request and make sRGB.
-  const wide = new ImageData(1, 1, { colorSpace: "display-p3" }).colorSpace;
-  const profile = wide === "srgb" ? null : (embeddedProfile(head) ?? (await profileInPng(head)));
-  return profile && !hasPrimariesOfSrgb(profile) ? wide : "srgb";
+  if (!hasDisplayP3()) return "srgb";
+  const profile = embeddedProfile(head) ?? (await profileInPng(head));
+  return profile && !hasPrimariesOfSrgb(profile) ? "display-p3" : "srgb";
+}
+
+/** Whether canvases have the larger colour space. Browsers without it ignore or refuse what asks for it. */
+function hasDisplayP3(): boolean {
+  try {
+    return new ImageData(1, 1, { colorSpace: "display-p3" }).colorSpace === "display-p3";
+  } catch {
+    return false;
+  }
 }
 
 /** The ICC profile that a file has as it is, such as a JPEG, WebP, AVIF or HEIC. */
