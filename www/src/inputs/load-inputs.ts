@@ -121,9 +121,15 @@ export class InputLoader {
     const [turned, depth] = await Promise.all([
       imageTask("decodePhoto", file, file.name, limit, (turns + 1) % 4, colourSpace),
       map && imageTask("turnDepth", map.content),
-    ]);
+    ]).catch((error: unknown) => [error instanceof Error ? error.message : String(error)] as const);
     if (this.#latest.get(slot) !== token) return;
     const now = this.#store.state;
+    if (typeof turned === "string") {
+      // A file that was moved or changed since.
+      const loading = new Set([...now.loading].filter((name) => name !== slot));
+      this.#store.set({ loading, problems: { ...now.problems, [slot]: turned } });
+      return;
+    }
     const { matches } = now.slots;
     this.#store.set({
       slots: {
