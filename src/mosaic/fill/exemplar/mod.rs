@@ -8,6 +8,7 @@
 
 mod background;
 mod level;
+mod membrane;
 mod search;
 mod vote;
 
@@ -95,7 +96,8 @@ pub(super) fn fill(
         })?;
         coarser = Some((level, field));
     }
-    let Some((level, _)) = coarser else { return Ok(false) };
+    let Some((mut level, _)) = coarser else { return Ok(false) };
+    membrane::match_border(&mut level, cluster.half_width as usize)?;
     reserve(filled, level.voids.len())?;
     filled.extend(level.voids.iter().map(|void| {
         let (x, y) = level.position(void.cell);
