@@ -157,6 +157,7 @@ fn options_out_of_range_are_refused_by_name() {
         ("quantizationError", LineSegmentOptions { quantization_error: -1.0, ..base() }),
         ("angleTolerance", LineSegmentOptions { angle_tolerance: 90.0, ..base() }),
         ("minDensity", LineSegmentOptions { min_density: 1.5, ..base() }),
+        ("minLength", LineSegmentOptions { min_length: -1.0, ..base() }),
         ("minSignificance", LineSegmentOptions { min_significance: f64::INFINITY, ..base() }),
     ];
     for (expected, options) in cases {

@@ -1,9 +1,8 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
 use super::pull_push::Level;
-use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_step};
+use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_step, segments};
 use super::transfer::for_each_landing;
-use crate::features::{LineSegmentOptions, line_segments};
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
@@ -174,10 +173,7 @@ impl<'a> KnownDepth<'a> {
         let equations = if samples.len() + matches.len() < LEAST_SAMPLES {
             None
         } else {
-            let segments = match photo {
-                Some(photo) => line_segments(photo, &LineSegmentOptions::default())?,
-                None => Vec::new(),
-            };
+            let segments = photo.map_or(Ok(Vec::new()), segments)?;
             report(observer, Stage::Depth, 0.5)?;
             Equations::new(&samples, matches, (w, h), photo, &segments, &other)?
         };

@@ -2,8 +2,7 @@
 
 use super::completion::{LEAST_SAMPLES, MeasuredDepth, REACH};
 use super::holes::{self, Holes};
-use super::surface::{Equations, OtherView, SurfaceShape, sample_step};
-use crate::features::{LineSegmentOptions, line_segments};
+use super::surface::{Equations, OtherView, SurfaceShape, sample_step, segments};
 use crate::geometry::DepthSample;
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
@@ -57,7 +56,7 @@ pub(crate) fn correct_outside(
     for sample in samples.iter_mut().chain(&mut correction) {
         sample.depth -= prior.sample(sample.point[0], sample.point[1]);
     }
-    let segments = line_segments(photo, &LineSegmentOptions::default())?;
+    let segments = segments(photo)?;
     report(observer, Stage::Refine, 0.5)?;
     let shape = SurfaceShape { stiffness: STIFFNESS, ..SurfaceShape::default() };
     let surface = match Equations::of_correction(&samples, &correction, &prior, &segments)? {

@@ -59,7 +59,7 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
     // A sample's shares of the four cells are linear in its place between them.
     let (upper, lower) = (f32x4::new([1.0, 1.0, 0.0, 0.0]), f32x4::new([-1.0, -1.0, 1.0, 1.0]));
     let (before, behind) = (f32x4::new([1.0, 0.0, 1.0, 0.0]), f32x4::new([-1.0, 1.0, -1.0, 1.0]));
-    for (row, weight) in (top..bottom).zip(down) {
+    for (row, weight) in (top..bottom).zip(down).step_by(plane.rows_apart()) {
         let dy = row as f32 - y;
         let (low, high) = columns((cos, sin), dy, half, radius);
         let (first, end) = span(x + low, x + high, plane.width);

@@ -48,7 +48,7 @@ fn histogram(plane: &Plane, [x, y]: [f32; 2], sigma: f32) -> [f32; BINS] {
     let (mut across, mut down) = ([0.0; MOST], [0.0; MOST]);
     bell(left as f32 - x, falloff, &mut across);
     bell(top as f32 - y, falloff, &mut down);
-    for (row, weight) in (top..bottom).zip(down) {
+    for (row, weight) in (top..bottom).zip(down).step_by(plane.rows_apart()) {
         let dy = row as f32 - y;
         let half = (radius * radius - dy * dy).max(0.0).sqrt();
         let (first, end) = span(x, half, plane.width);

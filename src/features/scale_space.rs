@@ -58,6 +58,13 @@ impl Plane {
     }
 }
 
+impl Plane {
+    /// Every how many rows gradients are taken: all levels are smooth enough for every second row of the octave.
+    pub fn rows_apart(&self) -> usize {
+        2 / self.step
+    }
+}
+
 /// The levels 1, 2, 3 of an octave.
 pub(super) type Levels = [Plane; SCALES];
 

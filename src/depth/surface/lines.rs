@@ -2,8 +2,9 @@
 
 use super::mesh::{Mesh, Term};
 use super::{ROBUST, robust};
-use crate::features::LineSegment;
+use crate::features::{LineSegment, LineSegmentOptions, line_segments};
 use crate::rect::diagonal;
+use crate::{ImageView, Result};
 
 // Tuned on the evaluation cases. Means of 13 pairs of real photos, two photos alone, at half and twice each:
 
@@ -23,6 +24,12 @@ pub(super) struct Line {
     weight: f64,
 }
 
+/// The straight lines of a photo that are long enough to take part.
+pub(in crate::depth) fn segments(photo: ImageView<'_>) -> Result<Vec<LineSegment>> {
+    let min_length = SHORTEST * diagonal(photo.size());
+    line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })
+}
+
 /// Samples along both sides of the segments, each of this weight: there the values, less `target` of the point, are affine.
 pub(super) fn along(
     mesh: &Mesh,
@@ -34,9 +41,6 @@ pub(super) fn along(
     let mut lines = Vec::new();
     for segment in segments {
         let length = segment.length();
-        if length < SHORTEST * diagonal((w, h)) {
-            continue;
-        }
         let [[x, y], [u, v]] = [segment.start, segment.end];
         let (dx, dy) = (u - x, v - y);
         let count = ((2.0 * length / mesh.spacing) as usize).max(4);

@@ -15,6 +15,7 @@ use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
 use background::background;
 use lines::Line;
+pub(super) use lines::segments;
 use mesh::{Mesh, Term};
 
 /// Reweightings, and after how many outliers lose more.

@@ -50,6 +50,8 @@ pub struct LineSegmentOptions {
     pub min_density: f64,
     /// Least −log₁₀ of the number of false alarms.
     pub min_significance: f64,
+    /// Least length in pixels of the photo.
+    pub min_length: f64,
 }
 
 impl Default for LineSegmentOptions {
@@ -61,6 +63,7 @@ impl Default for LineSegmentOptions {
             angle_tolerance: 22.5,
             min_density: 0.7,
             min_significance: 0.0,
+            min_length: 0.0,
         }
     }
 }
@@ -80,6 +83,9 @@ pub fn line_segments(image: ImageView<'_>, options: &LineSegmentOptions) -> Resu
     let mut segments = Vec::new();
     for seed in lines.by_strength()? {
         let Some(rectangle) = grower.rectangle(seed, validation.least_pixels()) else { continue };
+        if rectangle.length() < options.min_length * options.scale {
+            continue;
+        }
         let Some((rectangle, significance)) = validation.validate(rectangle) else { continue };
         // A gradient belongs to the middle of the four pixels that it was computed from.
         let place = |[x, y]: [f64; 2]| [x, y].map(|v| (v + 1.0) / options.scale - 0.5);
@@ -100,6 +106,7 @@ fn check(options: &LineSegmentOptions) -> Result<()> {
         ("quantizationError", options.quantization_error, 0.0, 255.0, "from 0 to 255"),
         ("angleTolerance", options.angle_tolerance, 1.0, 60.0, "from 1 to 60"),
         ("minDensity", options.min_density, 0.0, 1.0, "from 0 to 1"),
+        ("minLength", options.min_length, 0.0, 1e6, "from 0 to 1000000"),
         ("minSignificance", options.min_significance, -1e6, 1e6, "from -1000000 to 1000000"),
     ];
     for (name, value, least, most, expected) in ranges {
