@@ -78,7 +78,11 @@ async function work(job: Job): Promise<Outcome> {
   return performDivided(
     job.call,
     job.workers,
-    (call, handBack, onProgress) => pool.perform({ name, module, call, handBack }, onProgress),
+    async (call, handBack, onProgress) => {
+      // Whoever aborts while told of progress has ended the call, whose next part must not begin.
+      if (active !== job) throw new Error("the call has ended");
+      return pool.perform({ name, module, call, handBack }, onProgress);
+    },
     (progress) => {
       if (active === job) job.onProgress?.(progress);
     },

@@ -133,6 +133,19 @@ test("any of the workers may die: the call rejects, the next one works", { skip 
   }
 });
 
+test("aborting before the first part starts no worker", async () => {
+  const controller = new AbortController();
+  const { signal } = controller;
+  const onProgress = () => controller.abort();
+  const workers = await started(async () => {
+    const error = await rejection(stitch(target, reference, { workers: 2, signal, onProgress }));
+    assert.equal(error.name, "AbortError");
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  });
+  // The one that was asked for the memory.
+  assert.equal(workers.length, 1);
+});
+
 test("aborting and throwing end the call while two workers work", async () => {
   const controller = new AbortController();
   /** @param {import("depthstitch").Progress} progress */
