@@ -8,11 +8,11 @@ import { CASE_FILE, loadCase } from "../cases/case.js";
 import { nativeTimes, renderMany, renderSample } from "./cargo.js";
 import { measureMany, type ManyScale } from "./many.js";
 import { measureScale, type Scale } from "./scaling.js";
-import { STAGES, METHODS, timeStages, type Times, type Method } from "./stages.js";
+import { STAGES, METHODS, timeStages, timeWhole, type Times, type Method } from "./stages.js";
 
 const HELP = `Usage: npm run bench -- [options]
 
-Times the built wasm in Node, on one thread: medians in milliseconds.
+Times the built wasm in Node, on one thread, and the whole in one worker and in two: medians in milliseconds.
 
   --runs N        runs per stage after the warm-up [15]
   --data DIR      folder with the case nis-PTS_17 [$DEPTHSTITCH_DATA]; skipped if missing
@@ -46,6 +46,8 @@ interface Timing {
   readonly method: Method;
   readonly wasm: Times;
   readonly native: Times | undefined;
+  /** Milliseconds of the whole call in one worker, and in two. */
+  readonly workers: readonly number[];
 }
 
 const { values: flags } = parseArgs({
@@ -98,7 +100,11 @@ async function timeCases(runs: number): Promise<Timing[]> {
       print(`${name}, ${LABELS[method]} (${width}×${height}, median of ${runs})`);
       const wasm = await timeStages(pair, method, runs, WARM_UP);
       const native = flags["no-native"] ? undefined : await nativeTimes(folder, method, runs);
-      const timing = { case: name, method, wasm, native };
+      const workers = [
+        await timeWhole(pair, method, 1, runs, WARM_UP),
+        await timeWhole(pair, method, 2, runs, WARM_UP),
+      ];
+      const timing = { case: name, method, wasm, native, workers };
       for (const line of timingLines(timing)) print(line);
       timings.push(timing);
     }
@@ -106,7 +112,7 @@ async function timeCases(runs: number): Promise<Timing[]> {
   return timings;
 }
 
-function timingLines({ wasm, native }: Timing): string[] {
+function timingLines({ wasm, native, workers }: Timing): string[] {
   const header = columns("stage", ["wasm ms", ...(native ? ["native ms", "ratio"] : [])]);
   const rows = STAGES.flatMap((stage) => {
     const [ours, theirs] = [wasm[stage], native?.[stage]];
@@ -114,7 +120,10 @@ function timingLines({ wasm, native }: Timing): string[] {
     const ratio = theirs === undefined ? [] : [theirs.toFixed(2), (ours / theirs).toFixed(2)];
     return columns(stage, [ours.toFixed(2), ...ratio]);
   });
-  return [header, ...rows, ""];
+  const shared = workers.map((ms, i) =>
+    columns(`${i + 1} worker${i > 0 ? "s" : ""}`, [ms.toFixed(2)]),
+  );
+  return [header, ...rows, ...shared, ""];
 }
 
 async function scale(): Promise<Scale[]> {

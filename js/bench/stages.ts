@@ -51,6 +51,25 @@ export async function timeStages(
   );
 }
 
+/** Median milliseconds of the whole call in so many workers, which are started anew for none but the first. */
+export async function timeWhole(
+  pair: Pair,
+  method: Method,
+  workers: 1 | 2,
+  runs: number,
+  warmUp: number,
+): Promise<number> {
+  const { target, reference } = pair;
+  const options: StitchOptions = { ...inputs(pair, method), workers };
+  const samples: number[] = [];
+  for (let run = -warmUp; run < runs; run++) {
+    const start = performance.now();
+    await stitch(target, reference, options);
+    if (run >= 0) samples.push(performance.now() - start);
+  }
+  return median(samples);
+}
+
 /** What `stitch` is given besides the photos. */
 export function inputs(
   { matches, targetDepth, referenceDepth }: Pair,
