@@ -24,7 +24,13 @@ import type {
 
 /** What `stitch` takes besides the photos, and their features if they are known. */
 export interface KnownInputs extends StitchInputs {
-  readonly features?: readonly [target: Features, reference: Features] | undefined;
+  /** Of target and reference. */
+  readonly features?: readonly Features[] | undefined;
+}
+
+/** What `stitchMany` takes besides the photos, and their features if they are known. */
+export interface KnownManyInputs extends ManyInputs {
+  readonly features?: readonly Features[] | undefined;
 }
 
 /** The calls that the core serves: arguments and result of each, as data that can be sent between threads. */
@@ -39,7 +45,7 @@ export interface Calls {
     result: StitchResult;
   };
   stitchMany: {
-    args: [photos: readonly PhotoInput[], inputs: ManyInputs, options: Partial<Options>];
+    args: [photos: readonly PhotoInput[], inputs: KnownManyInputs, options: Partial<Options>];
     result: StitchManyResult;
   };
   detect: { args: [image: ImageInput, options: Partial<Options>]; result: Features };
@@ -91,6 +97,11 @@ export interface Calls {
       depth: readonly [target: boolean, reference: boolean],
       options: Partial<Options>,
     ];
+    result: number;
+  };
+  /** The same of `stitchMany`. */
+  affordableMany: {
+    args: [photos: readonly Size[], options: Partial<Options>];
     result: number;
   };
   measure: {

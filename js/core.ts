@@ -45,6 +45,7 @@ export function run(
   };
   try {
     if (call.name === "stitchMany") return many.call((raw) => raw.stitchMany(...call.args, report));
+    if (call.name === "affordableMany") return many.call((raw) => raw.affordableMany(...call.args));
     const work = (raw: typeof coreGlue) => invoke(raw, call, report);
     return name === "many" ? many.call(work) : core.call(work);
   } catch (error) {
@@ -61,7 +62,7 @@ type Report = (
 
 function invoke(
   raw: typeof coreGlue,
-  call: Exclude<Call, { name: "stitchMany" }>,
+  call: Exclude<Call, { name: "stitchMany" | "affordableMany" }>,
   report: Report,
 ): Result {
   switch (call.name) {

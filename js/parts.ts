@@ -1,6 +1,6 @@
 // How a call is divided among several workers. The parts are calls as well, of stages whose results the whole takes as inputs: so
 // its result is the same, byte by byte, however many workers there are.
-import type { Call, CallName, Calls, Result } from "./calls.js";
+import type { Call, CallName, Result } from "./calls.js";
 import type { Performed, Refused } from "./pool.js";
 import { buffersOf } from "./transfer.js";
 import type { Features, ImageInput, Progress } from "./types.js";
@@ -19,85 +19,106 @@ export async function performDivided(
   perform: Perform,
   onProgress: OnProgress,
 ): Promise<Performed> {
-  if (workers < 2 || (call.name !== "stitch" && call.name !== "align"))
-    return perform(call, false, onProgress);
-  let begun = false;
-  const report = (progress: Progress) => {
-    // Detection begins with the inputs, and the whole does so again.
-    if (progress.stage === "input" && begun) return;
-    begun ||= progress.stage !== "input";
-    onProgress(progress);
-  };
-  const start = performance.now();
-  const { prepared, detected } = await withFeatures(call, perform, report);
-  const ms = performance.now() - start;
-  const whole = await perform(prepared, false, report);
-  if (detected && "result" in whole) addTime(whole.result, ms);
-  return whole;
-}
-
-/**
- * A call whose inputs have the features of both photos, `detected` by one worker each; unless that has no use, or would take too
- * much memory.
- */
-async function withFeatures(
-  call: CallOf<"stitch"> | CallOf<"align">,
-  perform: Perform,
-  onProgress: OnProgress,
-): Promise<{ prepared: Call; detected: boolean }> {
-  const [target, reference, inputs, options] = call.args;
-  const { matches, targetDepth, referenceDepth } = inputs;
-  const undivided = { prepared: call, detected: false };
+  const division = workers > 1 ? divisionOf(call) : undefined;
   // A buffer can be in one worker only.
-  if (matches || buffersOf([target, reference]).size < 2) return undivided;
-  const sizes = [sizeOf(target), sizeOf(reference)] as const;
-  const depth = [!!targetDepth, !!referenceDepth] as const;
-  const affordable: Call = { name: "affordable", args: [sizes, depth, options] };
-  const times = await perform(affordable, false, () => undefined);
-  if (!("result" in times) || !(Number(times.result) >= 2)) return undivided;
+  if (!division || buffersOf(division.photos).size < division.photos.length)
+    return perform(call, false, onProgress);
+  const times = await perform(division.affordable, false, () => undefined);
+  if (!("result" in times) || !(Number(times.result) >= 2)) return perform(call, false, onProgress);
 
+  const start = performance.now();
   onProgress({ stage: "input", fraction: 0 });
-  const [first, second] = await detectAll([target, reference], options, perform, onProgress);
-  if (!first || !second) return undivided;
+  const found = await detectAll(division, perform, onProgress);
+  const ms = performance.now() - start;
+  const features = found.flatMap((one) => ("result" in one ? [one.result] : []));
+  const photos = found.map(({ args: [photo] }) => photo);
   // Where the core refused a photo, the whole says why in its own words.
-  const detected = "result" in first && "result" in second;
-  const features = detected ? ([first.result, second.result] as const) : undefined;
-  const args: Calls["stitch"]["args"] = [
-    first.args[0],
-    second.args[0],
-    { ...inputs, features },
-    options,
-  ];
-  return { prepared: { ...call, args }, detected };
+  const detected = features.length === photos.length;
+  const whole = division.whole(photos, detected ? features : undefined);
+  const performed = await perform(whole, false, (progress) => {
+    if (progress.stage !== "input") onProgress(progress);
+  });
+  if (detected && "result" in performed) addTime(performed.result, ms);
+  return performed;
 }
+
+/** A call whose photos' features may be detected by several workers. */
+interface Division {
+  photos: readonly ImageInput[];
+  options: CallOf<"detect">["args"][1];
+  /** Says how many times over there is enough memory for it. */
+  affordable: Call;
+  /** Whether progress names the photo. */
+  named: boolean;
+  /** The whole, given its photos back and their features. */
+  whole: (photos: readonly ImageInput[], features: readonly Features[] | undefined) => Call;
+}
+
+/** Undefined for a call that one worker performs. */
+function divisionOf(call: Call): Division | undefined {
+  switch (call.name) {
+    case "stitch":
+    case "align": {
+      const [target, reference, inputs, options] = call.args;
+      if (inputs.matches) return undefined;
+      const sizes = [sizeOf(target), sizeOf(reference)] as const;
+      const depth = [!!inputs.targetDepth, !!inputs.referenceDepth] as const;
+      return {
+        photos: [target, reference],
+        options,
+        affordable: { name: "affordable", args: [sizes, depth, options] },
+        named: false,
+        whole: ([first = target, second = reference], features) => ({
+          ...call,
+          args: [first, second, { ...inputs, features }, options],
+        }),
+      };
+    }
+    case "stitchMany": {
+      const [photos, inputs, options] = call.args;
+      return {
+        photos,
+        options,
+        affordable: { name: "affordableMany", args: [photos.map(sizeOf), options] },
+        named: true,
+        // What is known of a photo besides its pixels has stayed here.
+        whole: (images, features) => ({
+          ...call,
+          args: [
+            photos.map((photo, i) => ({ ...photo, ...images[i] })),
+            { ...inputs, features },
+            options,
+          ],
+        }),
+      };
+    }
+    default:
+      return undefined;
+  }
+}
+
+const sizeOf = ({ width, height }: ImageInput) => ({ width, height });
 
 /** What detection made of a photo, and the photo itself, back from the worker. */
 type Detected = ({ result: Features } | Refused) & { args: CallOf<"detect">["args"] };
 
-/** Detects the features of photos. */
 function detectAll(
-  photos: readonly ImageInput[],
-  options: CallOf<"detect">["args"][1],
+  { photos, options, named }: Division,
   perform: Perform,
   onProgress: OnProgress,
 ): Promise<Detected[]> {
   const done = photos.map(() => 0);
-  const detect = async (image: ImageInput, i: number) => {
-    const performed = await perform(
-      { name: "detect", args: [image, options] },
-      true,
-      (progress) => {
-        done[i] = progress.fraction;
-        const fraction = done.reduce((sum, part) => sum + part, 0) / photos.length;
-        onProgress({ stage: progress.stage, fraction });
-      },
-    );
+  const detect = async ({ data, width, height }: ImageInput, photo: number) => {
+    const call: Call = { name: "detect", args: [{ data, width, height }, options] };
+    const performed = await perform(call, true, ({ stage, fraction }) => {
+      done[photo] = fraction;
+      const sum = done.reduce((sum, part) => sum + part, 0);
+      onProgress({ stage, fraction: sum / photos.length, ...(named && { photo }) });
+    });
     return performed as Detected;
   };
   return Promise.all(photos.map(detect));
 }
-
-const sizeOf = ({ width, height }: ImageInput) => ({ width, height });
 
 /** Adds what detection took to the times of a result. */
 function addTime(result: Result, ms: number): void {

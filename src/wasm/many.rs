@@ -6,9 +6,9 @@ use wasm_bindgen::prelude::*;
 
 use super::convert::{get, invalid, put, size_from_js, whole};
 use super::observer::JsObserver;
-use super::signatures::{ManyInputs, OnProgress, PartialOptions, PhotoInputs, StitchManyResult};
+use super::signatures::{ManyInputs, OnProgress, PartialOptions, PhotoInputs, SizeList, StitchManyResult};
 use super::stages::observed;
-use super::{inputs, options, results};
+use super::{inputs, matches, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
@@ -26,6 +26,20 @@ pub fn stitch_many(
         .map(JsCast::unchecked_into)
 }
 
+/// How many times over the memory that `stitchMany` is predicted to take may be taken.
+#[wasm_bindgen(js_name = affordableMany)]
+pub fn affordable_many(photos: &SizeList, options: &PartialOptions) -> std::result::Result<f64, JsValue> {
+    observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| {
+        let options = ManyOptions { stages: options::from_js(options)?, reference: None };
+        Ok(many::check_sizes(sizes(photos)?.into_iter(), &options)?.times())
+    })
+}
+
+/// Width and height of every photo.
+fn sizes(photos: &Array) -> Result<Vec<(usize, usize)>> {
+    photos.iter().map(|photo| size_from_js("photo", &photo)).collect()
+}
+
 fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObserver) -> Result<JsValue> {
     let start = observer.now();
     observer.progress(Stage::Input, 0.0);
@@ -35,7 +49,10 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
     options.stages.output_depth = get(given, "outputDepth").is_truthy();
     let owned = Photos::read(photos, &options)?;
     let input_time = observer.now() - start;
-    let done = many::stitch_many(&owned.photos(), &options, observer)?;
+    let known = get(given, "features");
+    let known =
+        known.dyn_ref::<Array>().map(|known| known.iter().map(|one| matches::features("features", &one)).collect());
+    let done = many::stitch_many_known(&owned.photos(), known.transpose()?, &options, observer)?;
     drop(owned);
     Ok(result(&done, input_time))
 }
@@ -54,9 +71,7 @@ impl Photos {
         };
         let count = photos.length();
         many::check_count(count as usize)?;
-        let sizes: Vec<(usize, usize)> =
-            (0..count).map(|i| size_from_js("photo", &photos.get(i))).collect::<Result<_>>()?;
-        many::check_sizes(sizes.into_iter(), options)?;
+        many::check_sizes(sizes(photos)?.into_iter(), options)?;
         let all = || (0..count).map(|i| photos.get(i));
         let focal = |photo: JsValue| {
             let given = get(&photo, "focalLength");

@@ -24,6 +24,9 @@ extern "C" {
     /// Sizes of target and reference.
     #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [Size, Size]")]
     pub type SizePair;
+    /// Sizes of many photos.
+    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly Size[]")]
+    pub type SizeList;
     /// Whether target and reference have something.
     #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [boolean, boolean]")]
     pub type FlagPair;

@@ -69,12 +69,32 @@ test("parts of a picture become that picture, and what does not belong is left o
   assert.ok(Object.values(result.times).every((ms) => ms >= 0));
 });
 
-test("a worker gives the same bytes; the photos stay the caller's", async () => {
+test("workers give the same bytes; the photos stay the caller's", async () => {
   const { all } = await photos();
-  const [here, there] = [await stitchMany(all, { worker: false }), await stitchMany(all)];
-  assert.deepEqual(there.mosaic, here.mosaic);
-  assert.deepEqual(there.labels, here.labels);
+  const { times: stages, ...here } = await stitchMany(all, { worker: false });
+  for (const workers of /** @type {const} */ ([1, 2, 4])) {
+    const seen = new Set();
+    /** @param {import("depthstitch").Progress} progress */
+    const onProgress = ({ stage, photo }) => void (stage === "detect" && seen.add(photo));
+    const { times, ...there } = await stitchMany(all, { workers, onProgress });
+    assert.deepEqual(there, here);
+    assert.deepEqual(Object.keys(times), Object.keys(stages));
+    assert.deepEqual([...seen].sort(), [0, 1, 2, 3]);
+  }
   assert.ok(all.every(({ data }) => data.length > 0));
+});
+
+test("a photo that is refused is named however many workers there are", async () => {
+  const { all } = await photos();
+  const empty = all.map((photo, i) =>
+    i === 2 ? { ...photo, data: new Uint8ClampedArray(photo.data.length) } : photo,
+  );
+  const [one, two] = [
+    await rejection(stitchMany(empty, { workers: 1 })),
+    await rejection(stitchMany(empty, { workers: 2 })),
+  ];
+  assert.match(one.message, /photos\[2\]/);
+  assert.equal(two.message, one.message);
 });
 
 test("bad input is refused by number and name", async () => {

@@ -3,13 +3,14 @@
 use nalgebra::Matrix3;
 
 use super::depth::{PhotoDepth, depths};
-use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
+use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, matched, pair_graph};
 use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::picture::ManyPicture;
 use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
+use crate::features::Features;
 use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::observer::{Observer, Subject, report};
 use crate::pipeline::timer::StageTimer;
@@ -48,19 +49,26 @@ pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dy
     check(photos, options)?;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
-    align_timed(&visible.photos(photos), options, observer, &mut timer)
+    align_timed(&visible.photos(photos), None, options, observer, &mut timer)
 }
 
 pub(super) fn align_timed(
     photos: &[Photo<'_>],
+    known: Option<Vec<Features>>,
     options: &ManyOptions,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<ManyAlignment> {
     let stages = &options.stages;
     let images: Vec<ImageView<'_>> = photos.iter().map(|photo| photo.image).collect();
-    let features = features(&images, stages, observer)?;
-    timer.end(Stage::Detect, observer);
+    let features = match known {
+        Some(known) => known.into_iter().map(matched).collect(),
+        None => {
+            let found = features(&images, stages, observer)?;
+            timer.end(Stage::Detect, observer);
+            found
+        }
+    };
     let mut graph = pair_graph(&features, stages, observer)?;
     timer.end(Stage::Match, observer);
     observer.subject(Subject::All);

@@ -44,7 +44,7 @@ pub(super) struct Graph {
     pub pairs: Vec<PhotoPair>,
 }
 
-/// Detects the features of every photo, the strongest of which are kept.
+/// Detects the features of every photo.
 pub(super) fn features(
     photos: &[ImageView<'_>],
     options: &Options,
@@ -54,12 +54,16 @@ pub(super) fn features(
     let one = |(i, photo): (usize, &ImageView<'_>)| {
         observer.subject(Subject::Photo(i));
         let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
-        let mut found = detect(*photo, &options.features.detect, &mut portion)?;
-        found.keypoints.truncate(FEATURES);
-        found.descriptors.truncate(FEATURES);
-        Ok(found)
+        Ok(matched(detect(*photo, &options.features.detect, &mut portion)?))
     };
     photos.iter().enumerate().map(one).collect()
+}
+
+/// The features of a photo that are matched: the strongest ones.
+pub(super) fn matched(mut features: Features) -> Features {
+    features.keypoints.truncate(FEATURES);
+    features.descriptors.truncate(FEATURES);
+    features
 }
 
 /// Compares the photos, pair by pair.

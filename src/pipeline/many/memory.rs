@@ -45,16 +45,27 @@ impl<'a> Budget<'a> {
         self.held = self.held.saturating_add(pixels.saturating_mul(MASKED));
     }
 
+    /// How many times over all of it may be taken, before the canvas is known.
+    #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
+    pub fn times(&self) -> f64 {
+        (self.limit / self.bytes((0, 0)).max(1)) as f64
+    }
+
+    /// What is predicted with this canvas.
+    fn bytes(&self, canvas: (usize, usize)) -> u64 {
+        let pixels = (canvas.0 as u64).saturating_mul(canvas.1 as u64);
+        let own = self.held.saturating_add(pixels.saturating_mul(CANVAS));
+        self.memory.peak(canvas).1.saturating_add(own)
+    }
+
     /// Refuses what would take more than is allowed with this canvas.
     ///
     /// # Errors
     /// `too-large`.
     pub fn check(&self, canvas: (usize, usize)) -> Result<()> {
-        let pixels = (canvas.0 as u64).saturating_mul(canvas.1 as u64);
-        let own = self.held.saturating_add(pixels.saturating_mul(CANVAS));
-        let bytes = self.memory.peak(canvas).1.saturating_add(own);
+        let bytes = self.bytes(canvas);
         if bytes > self.limit {
-            let largest = if pixels > 0 { canvas } else { self.largest };
+            let largest = if canvas.0 > 0 { canvas } else { self.largest };
             let (width, height) = (largest.0 as u64, largest.1 as u64);
             return Err(Error::TooLarge { width, height, bytes, limit: self.limit }.into());
         }

@@ -25,6 +25,7 @@ pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 use super::Crops;
 use super::options::Options;
 use super::timer::StageTimer;
+use crate::features::Features;
 use crate::mosaic::{Added, Composition, FillGuide, FillMethod, crop, fill};
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
@@ -55,12 +56,29 @@ pub struct ManyOptions {
 /// Those of [`align_many`], `invalid-argument` for a photo that is nowhere there; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and
 /// [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
+    stitch_many_known(photos, None, options, observer)
+}
+
+/// As [`stitch_many`], with the features of all photos where they are known, as [`detect`](crate::features::detect) finds them with
+/// the same options.
+///
+/// # Errors
+/// As [`stitch_many`], and `invalid-argument` for features of photos of other sizes, or of more or fewer photos.
+pub fn stitch_many_known(
+    photos: &[Photo<'_>],
+    features: Option<Vec<Features>>,
+    options: &ManyOptions,
+    observer: &mut dyn Observer,
+) -> Result<StitchedMany> {
     let budget = align::check(photos, options)?;
+    if let Some(features) = &features {
+        check_features(features, photos)?;
+    }
     let stages = &options.stages;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
     let photos = &visible.photos(photos)[..];
-    let mut alignment = align_timed(photos, options, observer, &mut timer)?;
+    let mut alignment = align_timed(photos, features, options, observer, &mut timer)?;
     let (reference, order) = (alignment.reference, alignment.order.clone());
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let label = |photo: usize| (photo + 1) as u8;
@@ -111,6 +129,15 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
         warnings: if clipped { vec![Warning::CanvasClipped] } else { Vec::new() },
         times: timer.into_times(),
     })
+}
+
+/// Refuses features that are not those of the photos.
+fn check_features(features: &[Features], photos: &[Photo<'_>]) -> Result<()> {
+    if features.len() != photos.len() {
+        let (expected, value) = ("those of every photo", features.len() as f64);
+        return Err(Error::InvalidArgument { name: "features", expected, value }.into());
+    }
+    features.iter().zip(photos).try_for_each(|(features, photo)| features.check_size(photo.image.size()))
 }
 
 /// The picture as it grows.
