@@ -123,12 +123,22 @@ export function photos(value: unknown): PhotoInput[] {
   if (!Array.isArray(value)) throw invalid(`photos must be an array, got ${describe(value)}`);
   return value.map((photo: unknown, i) => {
     const name = `photos[${i}]`;
-    const { focalLength } = object(name, photo);
+    const { focalLength, camera, depth: map } = object(name, photo);
     return {
       ...image(name, photo),
       ...(isGiven(focalLength) && { focalLength: number(`${name}.focalLength`, focalLength) }),
+      ...(isGiven(camera) && { camera: pose(`${name}.camera`, camera) }),
+      ...(isGiven(map) && { depth: depth(`${name}.depth`, map) }),
     };
   });
+}
+
+function pose(name: string, value: unknown): NonNullable<PhotoInput["camera"]> {
+  const { rotation, translation } = object(name, value);
+  return {
+    rotation: view(`${name}.rotation`, rotation, "Float64Array"),
+    translation: view(`${name}.translation`, translation, "Float64Array"),
+  };
 }
 
 /** The inputs of `stitchMany` besides the photos. */

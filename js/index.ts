@@ -89,7 +89,7 @@ export async function stitch(
  * Stitches two to thirty photos of a scene, taken from wherever, in any order, into the view of one of them.
  *
  * Photos that do not belong, or cannot be shown, are left out; `photos` in the result says why. Not all options of `stitch`
- * play a part: there are no depth maps, and `guidedMatching`, `withoutDepth`, `robustFit` and `calibration` have no effect.
+ * play a part: `guidedMatching`, `withoutDepth`, `robustFit` and `calibration` have no effect.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-consensus`, `degenerate-geometry`, `too-large`, `out-of-memory`,
  * `aborted`.

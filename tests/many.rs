@@ -4,14 +4,16 @@
 mod scene;
 
 use depthstitch::geometry::{Camera, MultiViewKind};
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{
     ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many, stitch_many_known,
 };
+use depthstitch::report::Warning;
 use depthstitch::warp::Projection;
-use depthstitch::{Error, ImageView, Stage};
+use depthstitch::{Error, ImageView, InverseDepth, Stage};
 use nalgebra::{Matrix3, Vector3};
-use scene::{Pose, Views, median};
+use scene::{Pose, View, Views, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -19,7 +21,7 @@ const SIZE: (usize, usize) = (320, 240);
 
 fn photos(views: &Views) -> Vec<Photo<'_>> {
     let image = |data, width, height| ImageView::new("photo", data, width, height).unwrap();
-    views.0.iter().map(|view| Photo { image: image(&view.rgba, view.width, view.height), focal: None }).collect()
+    views.0.iter().map(|view| Photo::new(image(&view.rgba, view.width, view.height))).collect()
 }
 
 /// Cameras in front of the gallery, each at (x, z) in metres and turned by an angle to the right.
@@ -279,10 +281,107 @@ fn the_same_photo_twice_does_no_harm() {
     assert!(seen < 1.5, "{seen} px");
 }
 
+/// The camera that a view was rendered with.
+fn camera(view: &View) -> Camera {
+    let (rotation, centre) = (view.camera.r, view.camera.centre);
+    Camera { rotation, translation: -(rotation * centre) }
+}
+
+fn depth_map(view: &View, of: impl Fn(f32, usize) -> f32) -> InverseDepth {
+    let raw: Vec<f32> = view.inverse_depth().into_iter().enumerate().map(|(i, d)| of(d, i)).collect();
+    InverseDepth::new("depth", &raw, SIZE, DepthKind::Inverse, None, SIZE).unwrap()
+}
+
+/// Photos of which the camera is known, and depth as `of` makes it of the true one.
+fn with_cameras<'a>(views: &'a Views, depths: &'a [InverseDepth]) -> Vec<Photo<'a>> {
+    let known = |(i, photo): (usize, Photo<'a>)| {
+        let view = &views.0[i];
+        Photo { focal: Some(view.camera.k[(0, 0)]), camera: Some(camera(view)), depth: depths.get(i), ..photo }
+    };
+    photos(views).into_iter().enumerate().map(known).collect()
+}
+
+#[test]
+fn known_cameras_and_depth_stay_as_they_are() {
+    let views = gallery(&[[-0.9, 0.0, -0.1], [0.0, 0.1, 0.0], [0.9, 0.0, 0.1]]);
+    let exact: Vec<InverseDepth> = views.0.iter().map(|view| depth_map(view, |d, _| d)).collect();
+    let photos = with_cameras(&views, &exact);
+    let mut options = ManyOptions::default();
+    options.stages.output_depth = true;
+    let found = align_many(&photos, &options, &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 3]);
+    for (photo, view) in views.0.iter().enumerate() {
+        assert_eq!(found.report(photo).camera, Some(camera(view)));
+        assert!((found.report(photo).focal.unwrap() / view.camera.k[(0, 0)] - 1.0).abs() < 1e-12);
+    }
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1e-3 && alone < 1e-3, "{seen} px where two photos see, {alone} px elsewhere");
+    let done = stitch_many(&photos, &options, &mut ()).unwrap();
+    assert_eq!(done.warnings, []);
+    for (report, own) in done.photos.iter().zip(&exact) {
+        assert_eq!(report.map.as_ref().unwrap().depth.as_ref(), Some(own));
+    }
+    // A hole is completed, and nothing else changes.
+    let hole = |i: usize| (100..130).contains(&(i % SIZE.0)) && (80..110).contains(&(i / SIZE.0));
+    let holes: Vec<InverseDepth> =
+        views.0.iter().map(|view| depth_map(view, |d, i| if hole(i) { f32::NAN } else { d })).collect();
+    let found = align_many(&with_cameras(&views, &holes), &options, &mut ()).unwrap();
+    let (_, map) = found.map(0).unwrap();
+    for (i, (own, truth)) in map.unwrap().data().iter().zip(exact[0].data()).enumerate() {
+        assert!(if hole(i) { own.is_finite() } else { own == truth }, "pixel {i}: {own}, {truth}");
+    }
+}
+
+#[test]
+fn cameras_alone_make_depth_and_depth_alone_is_brought_to_the_cameras_found() {
+    let views = gallery(&[[-0.45, 0.1, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
+    let options = ManyOptions::default();
+    let found = align_many(&with_cameras(&views, &[]), &options, &mut ()).unwrap();
+    assert_eq!(found.report(1).camera, Some(camera(&views.0[1])));
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.5 && alone < 4.0, "cameras: {seen} px where two photos see, {alone} px elsewhere");
+
+    let relative: Vec<InverseDepth> = views.0.iter().map(|view| depth_map(view, |d, _| 3.0 * d + 0.25)).collect();
+    let mut given = photos(&views);
+    given.iter_mut().zip(&relative).for_each(|(photo, depth)| photo.depth = Some(depth));
+    let found = align_many(&given, &options, &mut ()).unwrap();
+    let [seen, alone] = landing_errors(&found, &views);
+    assert!(seen < 1.0 && alone < 1.5, "depth: {seen} px where two photos see, {alone} px elsewhere");
+
+    // Near is far: this explains nothing.
+    let wrong: Vec<InverseDepth> = views.0.iter().map(|view| depth_map(view, |d, _| 1.0 / (d + 0.05))).collect();
+    given.iter_mut().zip(&wrong).for_each(|(photo, depth)| photo.depth = Some(depth));
+    let done = stitch_many(&given, &options, &mut ()).unwrap();
+    assert_eq!(done.warnings, [Warning::DepthInconsistent]);
+}
+
+#[test]
+fn cameras_are_checked() {
+    let pixels = vec![128; 4 * 32 * 24];
+    let own = Camera { rotation: Matrix3::identity(), translation: Vector3::zeros() };
+    let photo = Photo::new(ImageView::new("photo", &pixels, 32, 24).unwrap());
+    let known = Photo { focal: Some(30.0), camera: Some(own), ..photo };
+    let refused = |photos: &[Photo<'_>]| *stitch_many(photos, &ManyOptions::default(), &mut Never).unwrap_err();
+    let name = |error: Error| match error {
+        Error::InvalidArgument { name, .. } => name,
+        error => panic!("{error}"),
+    };
+    assert_eq!(name(refused(&[known, photo])), "camera");
+    assert_eq!(name(refused(&[known, Photo { focal: None, ..known }])), "focalLength");
+    for rotation in [Matrix3::identity() * 1.1, -Matrix3::identity(), Matrix3::from_element(f64::NAN)] {
+        assert_eq!(name(refused(&[known, Photo { camera: Some(Camera { rotation, ..own }), ..known }])), "rotation");
+    }
+    let translation = Vector3::new(0.0, f64::INFINITY, 0.0);
+    assert_eq!(name(refused(&[known, Photo { camera: Some(Camera { translation, ..own }), ..known }])), "translation");
+    let small = InverseDepth::constant(1.0, 16, 12).unwrap();
+    let error = refused(&[photo, Photo { depth: Some(&small), ..photo }]);
+    assert!(matches!(error, Error::SizeMismatch { name: "depth", .. }), "{error}");
+}
+
 #[test]
 fn arguments_are_checked_before_anything_is_done() {
     let pixels = vec![128; 4 * 32 * 24];
-    let photo = Photo { image: ImageView::new("photo", &pixels, 32, 24).unwrap(), focal: None };
+    let photo = Photo::new(ImageView::new("photo", &pixels, 32, 24).unwrap());
     let refused = |photos: &[Photo<'_>], options: &ManyOptions| {
         let error = *stitch_many(photos, options, &mut Never).unwrap_err();
         assert_eq!(align_many(photos, options, &mut Never).unwrap_err().code(), error.code());

@@ -225,7 +225,7 @@ fn a_photo_that_is_nowhere_there_is_named() {
         assert_eq!(*align(None, target, reference, &Options::default(), &mut ()).unwrap_err(), expected);
         assert_eq!(error.code(), "invalid-argument");
     }
-    let all = [photos.target.view(), nothing.view()].map(|image| Photo { image, focal: None });
+    let all = [photos.target.view(), nothing.view()].map(Photo::new);
     let error = *stitch_many(&all, &ManyOptions::default(), &mut ()).unwrap_err();
     assert_eq!(error, Error::TransparentPhoto { name: "photos", index: Some(1), pixels });
     assert_eq!(
@@ -247,7 +247,7 @@ fn many_photos_show_what_others_hide() {
     let options = ManyOptions { reference: Some(1), ..ManyOptions::default() };
     let stitched = |seed: u64| {
         let masked: Vec<Image> = images.iter().map(|image| masked(image, seed, middle)).collect();
-        let photos: Vec<Photo<'_>> = masked.iter().map(|image| Photo { image: image.view(), focal: None }).collect();
+        let photos: Vec<Photo<'_>> = masked.iter().map(|image| Photo::new(image.view())).collect();
         stitch_many(&photos, &options, &mut ()).unwrap()
     };
     let found = stitched(1);

@@ -192,7 +192,7 @@ impl<'a> KnownDepth<'a> {
     }
 
     /// A whole map; `None` when hardly anything is known.
-    pub(super) fn completed(mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
+    pub(crate) fn completed(mut self, options: &CompletionOptions) -> Result<Option<InverseDepth>> {
         let Some(surface) = self.surface(options.shape)? else { return Ok(None) };
         let ((w, h), values) = (self.depth.size(), self.depth.data());
         let mut filled = surface.dense((w, h))?;

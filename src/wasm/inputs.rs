@@ -67,20 +67,22 @@ pub(super) fn check_length(name: &'static str, actual: u32, expected: usize) -> 
     if actual == expected { Ok(()) } else { Err(Error::SizeMismatch { name, expected, actual }.into()) }
 }
 
+/// As many numbers as there is room for, of a property of `value`.
+pub(super) fn numbers(name: &'static str, value: &JsValue, key: &str, numbers: &mut [f64]) -> Result<()> {
+    let array = get(value, key);
+    let Some(array) = array.dyn_ref::<Float64Array>() else {
+        return Err(invalid(name, "an object of Float64Arrays", value));
+    };
+    check_length(name, array.length(), numbers.len())?;
+    array.copy_to(numbers);
+    Ok(())
+}
+
 /// A `Model`.
 pub(super) fn model(name: &'static str, value: &JsValue) -> Result<Model> {
-    let numbers = |key: &str, numbers: &mut [f64]| {
-        let array = get(value, key);
-        let Some(array) = array.dyn_ref::<Float64Array>() else {
-            return Err(invalid(name, "an object whose h and e are Float64Arrays", value));
-        };
-        check_length(name, array.length(), numbers.len())?;
-        array.copy_to(numbers);
-        Ok(())
-    };
     let (mut h, mut e) = ([0.0; 9], [0.0; 3]);
-    numbers("h", &mut h)?;
-    numbers("e", &mut e)?;
+    numbers(name, value, "h", &mut h)?;
+    numbers(name, value, "e", &mut e)?;
     Ok(Model { h: Matrix3::from_row_slice(&h), e: Vector3::from(e) })
 }
 

@@ -1,6 +1,7 @@
 //! `stitchMany`: photos in, one picture and what became of every photo out.
 
 use js_sys::{Array, Float64Array, Object};
+use nalgebra::{Matrix3, Vector3};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::*;
 
@@ -12,7 +13,7 @@ use super::{inputs, matches, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
-use crate::{Image, Result, Stage};
+use crate::{Image, InverseDepth, Result, Stage};
 
 /// Any number of photos.
 #[wasm_bindgen(js_name = stitchMany)]
@@ -61,6 +62,8 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
 struct Photos {
     images: Vec<Image>,
     focals: Vec<Option<f64>>,
+    cameras: Vec<Option<Camera>>,
+    depths: Vec<Option<InverseDepth>>,
 }
 
 impl Photos {
@@ -71,7 +74,8 @@ impl Photos {
         };
         let count = photos.length();
         many::check_count(count as usize)?;
-        many::check_sizes(sizes(photos)?.into_iter(), options)?;
+        let sizes = sizes(photos)?;
+        many::check_sizes(sizes.iter().copied(), options)?;
         let all = || (0..count).map(|i| photos.get(i));
         let focal = |photo: JsValue| {
             let given = get(&photo, "focalLength");
@@ -81,15 +85,21 @@ impl Photos {
                 focal => Ok(focal),
             }
         };
+        let depth = |(photo, size)| inputs::depth("depth", &get(&photo, "depth"), size);
         Ok(Self {
+            cameras: all().map(|photo| given_camera(&get(&photo, "camera"))).collect::<Result<_>>()?,
+            depths: all().zip(sizes).map(depth).collect::<Result<_>>()?,
             images: all().map(|photo| inputs::image("photo", &photo)).collect::<Result<_>>()?,
             focals: all().map(focal).collect::<Result<_>>()?,
         })
     }
 
     fn photos(&self) -> Vec<Photo<'_>> {
-        let all = self.images.iter().zip(&self.focals);
-        all.map(|(image, &focal)| Photo { image: image.view(), focal }).collect()
+        let mut photos: Vec<Photo<'_>> = self.images.iter().map(|image| Photo::new(image.view())).collect();
+        for (i, photo) in photos.iter_mut().enumerate() {
+            (photo.focal, photo.camera, photo.depth) = (self.focals[i], self.cameras[i], self.depths[i].as_ref());
+        }
+        photos
     }
 }
 
@@ -148,6 +158,17 @@ fn photo(report: &PhotoReport) -> JsValue {
         }
     }
     object
+}
+
+/// A camera as results have it; `None` where there is none.
+fn given_camera(value: &JsValue) -> Result<Option<Camera>> {
+    if !inputs::is_given(value) {
+        return Ok(None);
+    }
+    let (mut rotation, mut translation) = ([0.0; 9], [0.0; 3]);
+    inputs::numbers("camera", value, "rotation", &mut rotation)?;
+    inputs::numbers("camera", value, "translation", &mut translation)?;
+    Ok(Some(Camera { rotation: Matrix3::from_row_slice(&rotation), translation: Vector3::from(translation) }))
 }
 
 fn camera(camera: &Camera) -> JsValue {

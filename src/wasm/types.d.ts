@@ -437,6 +437,14 @@ export interface StitchResult extends Warped, Mosaic, Geometry {
 export interface PhotoInput extends ImageInput {
   /** Focal length in pixels, if known to about two per cent; by default it is estimated, one for all photos. */
   readonly focalLength?: number | null | undefined;
+  /**
+   * Where it was taken, as results say it, if known: then that of every photo has to be, with `focalLength`, and all stay as they are.
+   * The principal point is the middle of the photo.
+   */
+  readonly camera?:
+    { readonly rotation: Float64Array; readonly translation: Float64Array } | null | undefined;
+  /** Its depth, if known: up to an affine change of the inverse, or in the unit of the cameras that are given. */
+  readonly depth?: DepthInput | null | undefined;
 }
 
 /** What `stitchMany` takes besides photos and options. */

@@ -6,12 +6,14 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
+import { stitchMany } from "depthstitch";
 import { decodeImage } from "../../dist/codecs.js";
 import { visibleSteps } from "../../dist/eval/appearance.js";
 import { cameraErrors } from "../../dist/eval/many/cameras.js";
 import { landingErrors } from "../../dist/eval/many/landing.js";
 import { dispensable } from "../../dist/eval/many/left-out.js";
 import { loadSet } from "../../dist/eval/many/set.js";
+import { rejection } from "./sample.mjs";
 
 const MAIN = fileURLToPath(new URL("../../dist/eval/main.js", import.meta.url));
 const SET = fileURLToPath(new URL("../../target/sample-set/", import.meta.url));
@@ -48,6 +50,39 @@ test("a rendered set: cameras, landing, seams and what is left out are measured,
   assert.match(stdout, /cameras plane/);
   const drawn = await decodeImage(await readFile(sheet));
   assert.ok(drawn.width > 1280 && drawn.height > 440);
+});
+
+test("known cameras and depth are taken as they are", async () => {
+  const { photos, cameras, depths } = await loadSet(SET);
+  assert.ok(cameras && depths);
+  const known = photos.map((photo, i) => {
+    const { K = [], R = [], t = [] } = cameras[i] ?? {};
+    const camera = { rotation: Float64Array.from(R), translation: Float64Array.from(t) };
+    return { ...photo, focalLength: K[0], camera, depth: depths[i] };
+  });
+  const result = await stitchMany(known, { worker: false, outputDepth: true });
+  assert.deepEqual(
+    result.photos.map(({ camera }) => camera),
+    known.map(({ camera }) => camera),
+  );
+  assert.deepEqual(result.warnings, []);
+  // The files have whole millimetres.
+  const { inside, outside } = landingErrors(result, cameras, depths);
+  assert.ok((inside?.[0] ?? NaN) < 0.05 && (outside?.[0] ?? NaN) < 0.05, `${inside}, ${outside}`);
+
+  const [first, ...others] = known;
+  assert.ok(first);
+  const short = { ...first.camera, rotation: new Float64Array(8) };
+  for (const [bad, code] of /** @type {const} */ ([
+    [{ ...first, camera: null }, "invalid-argument"],
+    [{ ...first, focalLength: null }, "invalid-argument"],
+    [{ ...first, camera: short }, "size-mismatch"],
+    [{ ...first, camera: /** @type {any} */ ({}) }, "invalid-argument"],
+    [{ ...first, depth: /** @type {any} */ ({ kind: "far" }) }, "invalid-argument"],
+  ])) {
+    const error = await rejection(stitchMany([bad, ...others], { worker: false }));
+    assert.equal(error.code, code, error.message);
+  }
 });
 
 test("sets that cannot be read are rows that say so", async () => {

@@ -43,6 +43,8 @@ pub struct MultiView {
     pub kind: MultiViewKind,
     /// Pairs that take no part as they contradict the others, by their index.
     pub contradicting: Vec<usize>,
+    /// Whether the cameras are known, and stay as they are.
+    given: bool,
     lenses: Vec<Lens>,
     /// Of the logarithm of the focal length.
     prior: [f64; 2],
@@ -98,7 +100,7 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView
     let grown = grow(lenses, &focal, &tracks, &poses, &rotations);
     let chain = Chain::of(lenses, links, &turned.diagonals, root);
     let (kind, solved) = choose(lenses, links, &tracks, grown, turned, chain);
-    MultiView { kind, contradicting, lenses: lenses.to_vec(), prior: focal.prior, solved }
+    MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior: focal.prior, solved }
 }
 
 fn choose(
@@ -153,6 +155,23 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
 }
 
 impl MultiView {
+    /// Cameras that are known, one per lens, each of which has its focal length: `links` only make landmarks.
+    pub fn given(lenses: &[Lens], cameras: &[Camera], links: &[PairLink]) -> Self {
+        let focal = calibrate(lenses, links);
+        let mut scene = Scene::new(lenses, focal.shares, focal.value);
+        scene.cameras = cameras.iter().copied().map(Some).collect();
+        scene.triangulate(&tracks(lenses, links), TOLERANCE);
+        let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > 0.0);
+        let kind = if moved { MultiViewKind::Cameras } else { MultiViewKind::Rotations };
+        let solved = Solved::Scene(Box::new(scene));
+        Self { kind, contradicting: Vec::new(), given: true, lenses: lenses.to_vec(), prior: focal.prior, solved }
+    }
+
+    /// Whether the cameras were known before.
+    pub fn is_given(&self) -> bool {
+        self.given
+    }
+
     /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
     pub fn refine(&mut self, links: &[PairLink]) {
         let tracks = tracks(&self.lenses, links);
@@ -202,7 +221,11 @@ impl MultiView {
         if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
             && let Some(first) = scene.cameras.iter().position(Option::is_some)
         {
-            finish(scene, tracks, first, Freedom::Poses, self.prior);
+            if self.given {
+                scene.triangulate(tracks, TOLERANCE);
+            } else {
+                finish(scene, tracks, first, Freedom::Poses, self.prior);
+            }
         }
     }
 

@@ -11,11 +11,12 @@ use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::features::Features;
-use crate::geometry::{Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
+use crate::geometry::{Camera, Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
+use crate::image::check_size;
 use crate::observer::{Observer, Subject, report};
 use crate::pipeline::timer::StageTimer;
 use crate::warp::Projection;
-use crate::{Error, ImageView, InverseDepth, Result, Stage};
+use crate::{Error, ImageView, InverseDepth, Result, Stage, View};
 
 /// Fewest and most photos.
 const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
@@ -73,7 +74,11 @@ pub(super) fn align_timed(
     timer.end(Stage::Match, observer);
     observer.subject(Subject::All);
     report(observer, Stage::Estimate, 0.0)?;
-    let group = largest_group(images.len(), options.reference, &graph.links);
+    let cameras: Option<Vec<Camera>> = photos.iter().map(|photo| photo.camera).collect();
+    let group = match &cameras {
+        Some(_) => (0..images.len()).collect(),
+        None => largest_group(images.len(), options.reference, &graph.links),
+    };
     if group.len() < 2 {
         return Err(unmatched(&graph, options.reference));
     }
@@ -83,7 +88,10 @@ pub(super) fn align_timed(
     let mut inside: Vec<PairLink> =
         graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let root = options.reference.unwrap_or(group[0]);
-    let mut geometry = multi_view(&lenses, &inside, root);
+    let mut geometry = match &cameras {
+        Some(cameras) => MultiView::given(&lenses, cameras, &inside),
+        None => multi_view(&lenses, &inside, root),
+    };
     for link in geometry.contradicting.iter().filter_map(|&i| inside.get(i)) {
         graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
     }
@@ -112,7 +120,8 @@ pub(super) fn align_timed(
         }
     }
     codes[reference] = PhotoCode::Used;
-    let depths = depths(&images, &used, reference, &geometry, &inside, stages.refine.as_ref(), observer)?;
+    let views: Vec<View<'_>> = photos.iter().map(Photo::view).collect();
+    let depths = depths(&views, &used, reference, &geometry, &inside, stages.refine.as_ref(), observer)?;
     timer.end(Stage::Depth, observer);
     let order = view::outward(reference, &used, &inside);
     Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, picture, geometry, depths })
@@ -149,6 +158,14 @@ impl ManyAlignment {
         Some(PhotoMap { forward: forward?, reverse: reverse?, depth: self.depths[photo].take().map(|depth| depth.map) })
     }
 
+    /// Whether a depth map was given of a photo in the picture that contradicts what photos show.
+    pub(super) fn ignores_depth(&self, photos: &[Photo<'_>]) -> bool {
+        let ignored = |photo: &usize| {
+            photos[*photo].depth.is_some() && self.depths[*photo].as_ref().is_none_or(|depth| !depth.given)
+        };
+        self.geometry.kind == MultiViewKind::Cameras && self.order.iter().any(ignored)
+    }
+
     pub(super) fn depth(&self, photo: usize) -> Option<&InverseDepth> {
         self.depths[photo].as_ref().map(|depth| &depth.map)
     }
@@ -166,11 +183,44 @@ pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Resul
             return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
         }
     }
+    check_cameras(photos)?;
+    for (photo, depth) in photos.iter().filter_map(|photo| Some((photo, photo.depth?))) {
+        check_size("depth", depth.size(), photo.image.size())?;
+    }
     let mut budget = check_sizes(photos.iter().map(|photo| photo.image.size()), options)?;
     let masked = photos.iter().map(|photo| photo.image).filter(ImageView::is_masked);
     masked.for_each(|image| budget.add_masked(image.size()));
+    photos.iter().filter(|photo| photo.depth.is_some()).for_each(|photo| budget.add_depth(photo.image.size()));
     budget.check((0, 0))?;
     Ok(budget)
+}
+
+/// How far a rotation may be from one: the largest element of RᵀR − I.
+const ROTATION: f64 = 1e-3;
+
+/// Refuses cameras of some photos alone, or without a focal length, and what is no rotation.
+fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
+    let cameras: Vec<Camera> = photos.iter().filter_map(|photo| photo.camera).collect();
+    if cameras.is_empty() {
+        return Ok(());
+    }
+    let invalid = |name, expected, value| Err(Error::InvalidArgument { name, expected, value }.into());
+    if cameras.len() < photos.len() {
+        return invalid("camera", "given for every photo or for none", cameras.len() as f64);
+    }
+    if photos.iter().any(|photo| photo.focal.is_none()) {
+        return invalid("focalLength", "given with every camera", f64::NAN);
+    }
+    for Camera { rotation, translation } in cameras {
+        let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+        if off.is_nan() || off > ROTATION || rotation.determinant() < 0.0 {
+            return invalid("rotation", "a rotation: orthogonal, with determinant 1", rotation.determinant());
+        }
+        if let Some(value) = translation.iter().copied().find(|value| !value.is_finite()) {
+            return invalid("translation", "three finite numbers", value);
+        }
+    }
+    Ok(())
 }
 
 /// As [`check`], by the photos' sizes alone.

@@ -2,6 +2,7 @@
 //! say what to expect; a smooth surface goes through what was found, and on beyond it.
 
 use super::carried::carried;
+use super::given::given_depth;
 use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
@@ -38,6 +39,8 @@ pub(super) struct PhotoDepth {
     pub map: InverseDepth,
     /// How far the landmarks' map misses those left out of it, in pixels.
     pub prediction_error: f64,
+    /// Whether it was given, and stays as it is.
+    pub given: bool,
 }
 
 /// A neighbour that is worth a comparison.
@@ -49,7 +52,7 @@ struct Neighbour {
 /// The depth of every photo of `used`; `None` where landmarks are too few, and everywhere without parallax. `reference` is the
 /// photo in whose view all are shown.
 pub(super) fn depths(
-    photos: &[ImageView<'_>],
+    views: &[View<'_>],
     used: &[usize],
     reference: usize,
     geometry: &MultiView,
@@ -57,24 +60,34 @@ pub(super) fn depths(
     refine: Option<&RefineOptions>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Option<PhotoDepth>>> {
+    let photos: &[ImageView<'_>] = &views.iter().map(|view| view.image).collect::<Vec<_>>();
     let neighbours = neighbours(photos, used, geometry, links);
     let best = |photo: usize| {
         let found = neighbours.iter().find(|n| n.photos.contains(&photo))?;
         Some(found.photos[usize::from(found.photos[0] == photo)])
     };
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
+    let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
     let count = used.len() as f32;
     for (i, &photo) in used.iter().enumerate() {
         observer.subject(Subject::Photo(photo));
         let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
-        if let Some(other) = best(photo) {
+        let other = best(photo).or_else(|| used.iter().copied().find(|other| *other != photo));
+        if let (Some(own), Some(other)) = (views[photo].depth, other)
+            && let Some(map) = given_depth(own, [photo, other], photos, geometry, &mut portion)?
+        {
+            known[photo] = Some(map.map.map_indexed(|_, d| d)?);
+            depths[photo] = Some(map);
+        } else if let Some(other) = best(photo) {
             depths[photo] = prior(&geometry.samples(photo, other), photos[photo], &mut portion)?;
         }
     }
-    let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
     for round in 0..ROUNDS {
         // What is known well already needs no better start.
-        let poor = |photo: &usize| round == 0 || known[*photo].as_ref().is_some_and(|map| coverage(map) < ENOUGH_KNOWN);
+        let poor = |photo: &usize| {
+            let given = depths[*photo].as_ref().is_some_and(|depth| depth.given);
+            !given && (round == 0 || known[*photo].as_ref().is_some_and(|map| coverage(map) < ENOUGH_KNOWN))
+        };
         let poor: Vec<usize> = used.iter().copied().filter(poor).collect();
         let wanted = |neighbour: &&Neighbour| neighbour.photos.iter().any(|photo| poor.contains(photo));
         let pairs: Vec<&Neighbour> = neighbours.iter().filter(wanted).collect();
@@ -181,7 +194,7 @@ pub(super) fn prior(
     let map = map.map_indexed(|i, v| {
         (f64::from(v) * size + plane_depth(plane, [(i % width) as f64, (i / width) as f64])) as f32
     })?;
-    Ok(Some(PhotoDepth { map, prediction_error }))
+    Ok(Some(PhotoDepth { map, prediction_error, given: false }))
 }
 
 /// Stereo of two photos: what is found reliable is added to what is `known` of either, which stays.

@@ -45,6 +45,11 @@ impl<'a> Budget<'a> {
         self.held = self.held.saturating_add(pixels.saturating_mul(MASKED));
     }
 
+    /// Of a depth map that is given.
+    pub fn add_depth(&mut self, (width, height): (usize, usize)) {
+        self.held = self.held.saturating_add((width as u64).saturating_mul(height as u64).saturating_mul(4));
+    }
+
     /// How many times over all of it may be taken, before the canvas is known.
     #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
     pub fn times(&self) -> f64 {

@@ -8,6 +8,7 @@
 mod align;
 mod carried;
 mod depth;
+mod given;
 mod graph;
 mod guided;
 pub(crate) mod memory;
@@ -42,7 +43,7 @@ const EVERYTHING: [i64; 4] = [i64::MIN / 4, i64::MIN / 4, i64::MAX / 4, i64::MAX
 /// Options of [`stitch_many`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ManyOptions {
-    /// Those of the stages. [`Options::without_depth`] plays no part, as photos have no depth maps of their own; the focal length of [`EstimateOptions`](crate::geometry::EstimateOptions) is that of photos without one.
+    /// Those of the stages. [`Options::without_depth`] plays no part; the focal length of [`EstimateOptions`](crate::geometry::EstimateOptions) is that of photos without one.
     pub stages: Options,
     /// Index of the photo in whose view all are shown; `None` for the one in the middle.
     pub reference: Option<usize>,
@@ -110,6 +111,7 @@ pub fn stitch_many_known(
     }
     let crops = Crops { inner: crop::inner(&image)?, bounds: crop::bounds(&image) };
     timer.end(Stage::Fill, observer);
+    let warnings = [(clipped, Warning::CanvasClipped), (alignment.ignores_depth(photos), Warning::DepthInconsistent)];
     if stages.output_depth {
         for (photo, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.code == PhotoCode::Used) {
             report.map = alignment.take_map(photo);
@@ -126,7 +128,7 @@ pub fn stitch_many_known(
         photos: reports,
         pairs: alignment.pairs,
         crops,
-        warnings: if clipped { vec![Warning::CanvasClipped] } else { Vec::new() },
+        warnings: warnings.into_iter().filter(|(applies, _)| *applies).map(|(_, warning)| warning).collect(),
         times: timer.into_times(),
     })
 }

@@ -5,7 +5,7 @@ use crate::geometry::{Camera, Model, MultiViewKind};
 use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::Projection;
-use crate::{Image, ImageView, InverseDepth, Mask, Stage};
+use crate::{Image, ImageView, InverseDepth, Mask, Stage, View};
 
 /// One of the photos to stitch.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +14,22 @@ pub struct Photo<'a> {
     pub image: ImageView<'a>,
     /// Its focal length in pixels, if known to about two per cent.
     pub focal: Option<f64>,
+    /// Its camera, if known: then that of every photo has to be, with the focal length, and all stay as they are. The principal point
+    /// is the middle of the photo.
+    pub camera: Option<Camera>,
+    /// Its depth, if known: inverse depth up to an affine change, or in the unit of the cameras that are given.
+    pub depth: Option<&'a InverseDepth>,
+}
+
+impl<'a> Photo<'a> {
+    /// A photo of which nothing else is known.
+    pub fn new(image: ImageView<'a>) -> Self {
+        Self { image, focal: None, camera: None, depth: None }
+    }
+
+    pub(super) fn view(&self) -> View<'a> {
+        View { image: self.image, depth: self.depth }
+    }
 }
 
 /// Whether a photo is in the picture, and if not, why.

@@ -9,16 +9,16 @@ pub(super) struct VisiblePhotos(Vec<Option<Extended>>);
 
 impl VisiblePhotos {
     pub fn of(photos: &[Photo<'_>]) -> Result<Self> {
-        let extended =
-            |(i, photo): (usize, &Photo<'_>)| Extended::of(View { image: photo.image, depth: None }, "photos", Some(i));
+        let extended = |(i, photo): (usize, &Photo<'_>)| Extended::of(photo.view(), "photos", Some(i));
         photos.iter().enumerate().map(extended).collect::<Result<_>>().map(Self)
     }
 
     /// Of those `given`.
     pub fn photos<'a>(&'a self, given: &[Photo<'a>]) -> Vec<Photo<'a>> {
-        let photos = self.0.iter().zip(given);
-        let image =
-            |extended, photo: &Photo<'a>| Extended::view(extended, View { image: photo.image, depth: None }).image;
-        photos.map(|(extended, photo)| Photo { image: image(extended, photo), ..*photo }).collect()
+        let visible = |(extended, photo): (&'a Option<Extended>, &Photo<'a>)| {
+            let View { image, depth } = Extended::view(extended, photo.view());
+            Photo { image, depth, ..*photo }
+        };
+        self.0.iter().zip(given).map(visible).collect()
     }
 }
