@@ -13,7 +13,7 @@ const BACKGROUND = 255;
 const QUALITY = 82;
 const MAX_BYTES = 120 * 1024;
 /** What the start of the page shows of both mosaics, in pixels of the reference, and how: it is part of the first load. */
-const DETAIL = { x: 0, y: 225, width: 576, height: 288, shown: 400, quality: 38 };
+const DETAIL = { x: 0, y: 225, width: 576, height: 288, shown: 400, quality: 30 };
 
 const sample = join(root, "www", "public", "sample");
 const work = join(root, "target", "pictures");
