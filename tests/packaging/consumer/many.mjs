@@ -10,6 +10,6 @@ export async function summary(read) {
   for (const name of ["target.jpg", "reference.jpg"]) {
     photos.push(await decodeImage(await read(name)));
   }
-  const { mosaic } = await stitchMany(photos);
+  const { mosaic } = await stitchMany(photos, { workers: 2 });
   return `${both} ${mosaic.width}×${mosaic.height}`;
 }
