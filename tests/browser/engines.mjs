@@ -67,14 +67,17 @@ export async function until(tab, work, ...args) {
 /** The only file that is saved by `save`. @param {Tab} tab @param {() => Promise<unknown>} save */
 export async function savedIn({ downloads }, save) {
   await save();
+  let before = 0;
   for (const end = Date.now() + 30_000; Date.now() < end;) {
-    const [name, ...more] = await readdir(downloads);
-    // Browsers write to another name, or beside an empty file, until all is there.
-    const bytes = name && more.length === 0 ? await readFile(join(downloads, name)) : "";
-    if (name && bytes.length > 0 && !/\.(part|crdownload|wkdownload)$/.test(name)) {
+    const [name = "", ...more] = await readdir(downloads);
+    // Browsers write to another name, which may be gone by now, or beside an empty file, until all is there.
+    const whole = more.length === 0 && !/^$|\.(part|crdownload|wkdownload)$/.test(name);
+    const bytes = whole ? await readFile(join(downloads, name)).catch(() => null) : null;
+    if (bytes && bytes.length > 0 && bytes.length === before) {
       rmSync(join(downloads, name));
-      return { name, bytes: Buffer.from(bytes) };
+      return { name, bytes };
     }
+    before = bytes?.length ?? 0;
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
   throw new Error("nothing was saved");
@@ -227,7 +230,7 @@ function freePort() {
 
 /** Waits until a server answers at all. @param {string} url */
 async function answers(url) {
-  for (const end = Date.now() + 10_000; ;) {
+  for (const end = Date.now() + 60_000; ;) {
     try {
       return await fetch(url);
     } catch (error) {
