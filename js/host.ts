@@ -34,7 +34,7 @@ export function runInWorkers(
   compile: () => Promise<WebAssembly.Module>,
   { onProgress, signal, workers = "auto" }: CallOptions,
 ): Promise<Result> {
-  const most = workers === "auto" ? MOST_WORKERS : workers;
+  const most = workers === "auto" ? Math.min(processors(), MOST_WORKERS) : workers;
   return new Promise((resolve, reject) => {
     const onAbort = () => signal && finish(job, { error: abortError(signal) });
     const job: Job = {
