@@ -1,7 +1,7 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
 use super::pull_push::Level;
-use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_step, segments};
+use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_grid, segments};
 use super::transfer::for_each_landing;
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve};
@@ -161,13 +161,10 @@ impl<'a> KnownDepth<'a> {
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
         let (w, h, values) = (depth.width(), depth.height(), depth.data());
-        let step = sample_step((w, h));
-        for y in (0..h).step_by(step) {
-            for x in (0..w).step_by(step) {
-                let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
-                if !depth.is_nan() {
-                    samples.push(DepthSample::new(other.model, point, depth));
-                }
+        for (x, y) in sample_grid((w, h)) {
+            let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
+            if !depth.is_nan() {
+                samples.push(DepthSample::new(other.model, point, depth));
             }
         }
         let equations = if samples.len() + matches.len() < LEAST_SAMPLES {

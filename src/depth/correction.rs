@@ -2,9 +2,9 @@
 
 use super::completion::{LEAST_SAMPLES, MeasuredDepth, REACH};
 use super::holes::{self, Holes};
-use super::surface::{Equations, OtherView, SurfaceShape, sample_step, segments};
+use super::surface::{Equations, OtherView, SurfaceShape, sample_grid, segments};
 use crate::geometry::DepthSample;
-use crate::image::{check_size, reserve};
+use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Result, Stage};
@@ -38,28 +38,23 @@ pub(crate) fn correct_outside(
     check_size("prior", prior.size(), (w, h))?;
     report(observer, Stage::Refine, 0.0)?;
     let Some(prior) = holes::resolve(Some(prior), Holes::Nearest)? else { return Ok(None) };
-    let step = sample_step((w, h));
-    let grid = (0..h).step_by(step).flat_map(|y| (0..w).step_by(step).map(move |x| (x, y)));
+    // By how much the prior is wrong there.
+    let wrong = |s: DepthSample| DepthSample { depth: s.depth - prior.sample(s.point[0], s.point[1]), ..s };
     let mut samples = Vec::new();
-    for (x, y) in grid.filter(|(x, y)| reliable.data()[y * w + x] != 0) {
+    for (x, y) in sample_grid((w, h)).filter(|(x, y)| reliable.data()[y * w + x] != 0) {
         let (point, depth) = ([x as f64, y as f64], f64::from(map.data()[y * w + x]));
         if other.contains(point, depth) {
-            samples.push(DepthSample::new(other.model, point, depth));
+            samples.push(wrong(DepthSample::new(other.model, point, depth)));
         }
     }
     if samples.len() + matches.len() < LEAST_SAMPLES {
         return Ok(None);
     }
-    let mut correction = Vec::new();
-    reserve(&mut correction, matches.len())?;
-    correction.extend_from_slice(matches);
-    for sample in samples.iter_mut().chain(&mut correction) {
-        sample.depth -= prior.sample(sample.point[0], sample.point[1]);
-    }
+    let matches: Vec<DepthSample> = matches.iter().copied().map(wrong).collect();
     let segments = segments(photo)?;
     report(observer, Stage::Refine, 0.5)?;
     let shape = SurfaceShape { stiffness: STIFFNESS, ..SurfaceShape::default() };
-    let surface = match Equations::of_correction(&samples, &correction, &prior, &segments)? {
+    let surface = match Equations::of_correction(&samples, &matches, &prior, &segments)? {
         Some(mut equations) => equations.solve(&other, shape)?,
         None => None,
     };

@@ -56,9 +56,7 @@ impl Plane {
             self.data.resize((y / self.step + 1) * self.stride, 0.0);
         }
     }
-}
 
-impl Plane {
     /// Every how many rows gradients are taken: all levels are smooth enough for every second row of the octave.
     pub fn rows_apart(&self) -> usize {
         2 / self.step

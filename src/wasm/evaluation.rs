@@ -21,7 +21,7 @@ pub fn appearance(
     #[wasm_bindgen(unchecked_param_type = "ImageInput")] reference: &JsValue,
     #[wasm_bindgen(unchecked_param_type = "StitchResult")] result: &JsValue,
 ) -> std::result::Result<JsValue, JsValue> {
-    measured(target, reference, result).map_err(|error| to_js_error(&error, Stage::Measure.name()))
+    evaluated(&|| measured(target, reference, result))
 }
 
 /// Share of the seams between photos along which a step shows; null where there is hardly any to judge.
@@ -30,12 +30,11 @@ pub fn visible_steps(
     #[wasm_bindgen(unchecked_param_type = "ImageInput")] mosaic: &JsValue,
     #[wasm_bindgen(unchecked_param_type = "Mask")] labels: &JsValue,
 ) -> std::result::Result<JsValue, JsValue> {
-    let run = || -> Result<JsValue> {
+    evaluated(&|| {
         let (mosaic, labels) = (inputs::image("mosaic", mosaic)?, inputs::mask("labels", labels)?);
         check_size("labels", labels.size(), mosaic.size())?;
         Ok(metrics::visible_steps(mosaic.view(), &labels).map_or(JsValue::NULL, JsValue::from))
-    };
-    run().map_err(|error| to_js_error(&error, Stage::Measure.name()))
+    })
 }
 
 /// How many straight lines of a photo there are, and how many of them its map into the reference breaks.
@@ -45,7 +44,7 @@ pub fn broken_lines(
     #[wasm_bindgen(unchecked_param_type = "Model")] forward: &JsValue,
     #[wasm_bindgen(unchecked_param_type = "DepthInput | undefined")] depth: &JsValue,
 ) -> std::result::Result<JsValue, JsValue> {
-    let run = || -> Result<JsValue> {
+    evaluated(&|| {
         let photo = inputs::image("photo", photo)?;
         let depth = inputs::depth("inverseDepth", depth, photo.size())?;
         let segments = line_segments(photo.view(), &LineSegmentOptions::default())?;
@@ -57,8 +56,12 @@ pub fn broken_lines(
         put(&object, "lines", sum(|breaks| breaks.lines).into());
         put(&object, "broken", sum(|breaks| breaks.broken).into());
         Ok(object)
-    };
-    run().map_err(|error| to_js_error(&error, Stage::Measure.name()))
+    })
+}
+
+/// Runs `f` and turns its error into a JavaScript one.
+fn evaluated(f: &dyn Fn() -> Result<JsValue>) -> std::result::Result<JsValue, JsValue> {
+    f().map_err(|error| to_js_error(&error, Stage::Measure.name()))
 }
 
 fn measured(target: &JsValue, reference: &JsValue, result: &JsValue) -> Result<JsValue> {

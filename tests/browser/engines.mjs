@@ -90,15 +90,7 @@ async function openChromium() {
   page.on("download", (download) => {
     void download.saveAs(join(downloads, download.suggestedFilename()));
   });
-  return {
-    downloads,
-    go: (/** @type {string} */ url) => page.goto(url),
-    evaluate: (/** @type {string} */ expression) => page.evaluate(expression),
-    async close() {
-      await browser.close();
-      rmSync(downloads, { recursive: true });
-    },
-  };
+  return tabOf(browser, page, downloads);
 }
 
 async function openFirefox() {
@@ -116,11 +108,22 @@ async function openFirefox() {
     executablePath,
     extraPrefsFirefox: { "browser.download.dir": downloads, "browser.download.folderList": 2 },
   });
-  const page = await browser.newPage();
+  return tabOf(browser, await browser.newPage(), downloads);
+}
+
+/**
+ * A page of a browser that is driven by a library.
+ *
+ * @param {{ close(): Promise<void> }} browser
+ * @param {{ goto(url: string): Promise<unknown>, evaluate(expression: string): Promise<unknown> }} page
+ * @param {string} downloads
+ * @returns {Tab}
+ */
+function tabOf(browser, page, downloads) {
   return {
     downloads,
-    go: (/** @type {string} */ url) => page.goto(url),
-    evaluate: (/** @type {string} */ expression) => page.evaluate(expression),
+    go: (url) => page.goto(url),
+    evaluate: (expression) => page.evaluate(expression),
     async close() {
       await browser.close();
       rmSync(downloads, { recursive: true });

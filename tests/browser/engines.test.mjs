@@ -6,7 +6,15 @@ import { after, test } from "node:test";
 import { stitch } from "depthstitch";
 import { decodeImage, encodePng } from "depthstitch/codecs";
 import { engines, inTab, savedIn, until } from "./engines.mjs";
-import { asOnCanvas, assertSame, exampleFile, same, smallPhotos, startSite } from "./page.mjs";
+import {
+  asOnCanvas,
+  assertSame,
+  exampleFile,
+  same,
+  shown,
+  smallPhotos,
+  startSite,
+} from "./page.mjs";
 
 /** @typedef {import("./engines.mjs").Tab} Tab */
 
@@ -177,24 +185,4 @@ function drop(files) {
 function viewIds() {
   const tabs = [...document.querySelectorAll('[role="tab"]')];
   return tabs.filter((tab) => tab.checkVisibility()).map(({ id }) => id);
-}
-
-/** What the viewer shows: the share of its pixels that are drawn, and a sum that changes with any of them. */
-async function shown() {
-  const canvas = document.querySelector("#picture");
-  if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
-  for (let i = 0; i < 2; i++) await new Promise(requestAnimationFrame);
-  const copy = new OffscreenCanvas(canvas.width, canvas.height);
-  const context = copy.getContext("2d", { willReadFrequently: true });
-  if (!context) throw new Error("no context");
-  context.drawImage(canvas, 0, 0);
-  const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-  let [drawn, sum] = [0, 0];
-  for (let i = 0; i < data.length; i += 4) {
-    const [red = 0, green = 0, blue = 0, alpha = 0] = data.subarray(i, i + 4);
-    if (alpha === 0) continue;
-    drawn++;
-    sum = (sum * 31 + red * 7 + green * 3 + blue) % 1e9;
-  }
-  return { drawn: drawn / (data.length / 4), sum };
 }

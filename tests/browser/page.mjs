@@ -279,3 +279,29 @@ export async function drop(page, selector, paths, over) {
     });
   }
 }
+
+/**
+ * What the viewer shows: the share of its pixels that are drawn at all, and of those in colour, and a sum that changes
+ * with any of them. To be run in the page.
+ */
+export async function shown() {
+  const canvas = document.querySelector("#picture");
+  if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
+  // Two frames: one in which a change is asked for, one in which it is drawn.
+  for (let i = 0; i < 2; i++) await new Promise(requestAnimationFrame);
+  const copy = new OffscreenCanvas(canvas.width, canvas.height);
+  const context = copy.getContext("2d", { willReadFrequently: true });
+  if (!context) throw new Error("no context");
+  context.drawImage(canvas, 0, 0);
+  const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+  let [drawn, coloured, sum] = [0, 0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    const [red = 0, green = 0, blue = 0, alpha = 0] = data.subarray(i, i + 4);
+    if (alpha === 0) continue;
+    drawn++;
+    if (Math.max(red, green, blue) - Math.min(red, green, blue) > 8) coloured++;
+    sum = (sum * 31 + red * 7 + green * 3 + blue) % 1e9;
+  }
+  const pixels = data.length / 4;
+  return { drawn: drawn / pixels, coloured: coloured / pixels, sum };
+}

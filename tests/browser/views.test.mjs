@@ -5,43 +5,12 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 import { decodeImage, encodePng } from "depthstitch/codecs";
-import { idle, smallCase, smallFile, smallPhotos, startSite } from "./page.mjs";
+import { idle, shown, smallCase, smallFile, smallPhotos, startSite } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
 const site = await startSite();
 after(() => site.close());
-
-/**
- * What the viewer shows: the share of its pixels that are drawn at all, and of those in colour, and a sum that changes
- * with any of them.
- *
- * @param {Page} page
- * @returns {Promise<{ drawn: number, coloured: number, sum: number }>}
- */
-function shown(page) {
-  return page.evaluate(async () => {
-    const canvas = document.querySelector("#picture");
-    if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
-    // Two frames: one in which a change is asked for, one in which it is drawn.
-    for (let i = 0; i < 2; i++) await new Promise(requestAnimationFrame);
-    const copy = new OffscreenCanvas(canvas.width, canvas.height);
-    const context = copy.getContext("2d", { willReadFrequently: true });
-    if (!context) throw new Error("no context");
-    context.drawImage(canvas, 0, 0);
-    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-    let [drawn, coloured, sum] = [0, 0, 0];
-    for (let i = 0; i < data.length; i += 4) {
-      const [red = 0, green = 0, blue = 0, alpha = 0] = data.subarray(i, i + 4);
-      if (alpha === 0) continue;
-      drawn++;
-      if (Math.max(red, green, blue) - Math.min(red, green, blue) > 8) coloured++;
-      sum = (sum * 31 + red * 7 + green * 3 + blue) % 1e9;
-    }
-    const pixels = data.length / 4;
-    return { drawn: drawn / pixels, coloured: coloured / pixels, sum };
-  });
-}
 
 /** Opens a view and waits until it is there. @param {Page} page @param {string} name */
 async function open(page, name) {
@@ -71,7 +40,7 @@ test("every view draws something of its own and has a caption", async () => {
   const captions = new Set();
   for (const id of ids) {
     await open(page, String(id).slice(4));
-    const { drawn, coloured, sum } = await shown(page);
+    const { drawn, coloured, sum } = await page.evaluate(shown);
     assert.ok(drawn > 0.1 && coloured > 0.01, `${id}: ${drawn} drawn, ${coloured} coloured`);
     sums.add(sum);
     captions.add(await page.locator("#view-caption").textContent());
@@ -131,14 +100,14 @@ test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place fr
       .locator("#zoom-level")
       .textContent()
       .then((text) => parseFloat(text ?? ""));
-  await shown(page);
+  await page.evaluate(shown);
   const all = await level();
   await page.locator("#zoom-in").click();
-  const whole = await shown(page);
+  const whole = await page.evaluate(shown);
   assert.ok((await level()) > 1.4 * all);
   await page.locator("#frame").focus();
   await page.keyboard.press("ArrowRight");
-  const panned = await shown(page);
+  const panned = await page.evaluate(shown);
   assert.notEqual(panned.sum, whole.sum, "an arrow key moves the picture");
   await page.keyboard.press("+");
   const closer = await level();
@@ -147,7 +116,7 @@ test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place fr
   await open(page, "warp");
   assert.equal(await level(), closer, "the next view looks at the same place");
   await page.locator("#frame").hover();
-  const before = await shown(page);
+  const before = await page.evaluate(shown);
   await page.mouse.wheel(0, 200);
   assert.equal(await level(), closer, "a plain wheel scrolls the page");
   await page.evaluate(() => window.scrollTo(0, 0));
@@ -155,15 +124,15 @@ test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place fr
   await page.mouse.down();
   await page.mouse.move(640, 300, { steps: 3 });
   await page.mouse.up();
-  assert.notEqual((await shown(page)).sum, before.sum, "dragging moves the picture");
+  assert.notEqual((await page.evaluate(shown)).sum, before.sum, "dragging moves the picture");
   await page.keyboard.down("Control");
   await page.mouse.wheel(0, -200);
   await page.keyboard.up("Control");
-  await shown(page);
+  await page.evaluate(shown);
   assert.ok((await level()) > closer, "with Ctrl it zooms");
   await page.locator("#frame").focus();
   await page.keyboard.press("0");
-  await shown(page);
+  await page.evaluate(shown);
   assert.equal(await level(), all);
   await close();
 });
@@ -171,12 +140,12 @@ test("zooms and pans by buttons, keys, wheel and pointer, and keeps the place fr
 test("what will be saved is drawn on the mosaic", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   await open(page, "mosaic");
-  const cropped = await shown(page);
+  const cropped = await page.evaluate(shown);
   await page.selectOption("#save-crop", "whole");
-  const whole = await shown(page);
+  const whole = await page.evaluate(shown);
   assert.notEqual(whole.sum, cropped.sum, "a frame around the largest rectangle");
   await page.selectOption("#save-crop", "inner");
-  assert.equal((await shown(page)).sum, cropped.sum);
+  assert.equal((await page.evaluate(shown)).sum, cropped.sum);
   await close();
 });
 
@@ -202,12 +171,12 @@ test("holds the result against a homography, with a line that moves", async () =
   await open(page, "compare");
   const slider = page.getByRole("slider");
   await slider.fill("0");
-  const after = await shown(page);
+  const after = await page.evaluate(shown);
   await slider.fill("1000");
-  const before = await shown(page);
+  const before = await page.evaluate(shown);
   assert.notEqual(before.sum, after.sum);
   await slider.fill("500");
-  const middle = await shown(page);
+  const middle = await page.evaluate(shown);
   const box = await page.locator("#frame").boundingBox();
   assert.ok(box);
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -215,39 +184,39 @@ test("holds the result against a homography, with a line that moves", async () =
   await page.mouse.move(box.x + box.width / 4, box.y + box.height / 2, { steps: 3 });
   await page.mouse.up();
   assert.ok(Math.abs(Number(await slider.inputValue()) - 250) < 20, "dragging the line moves it");
-  assert.notEqual((await shown(page)).sum, middle.sum);
+  assert.notEqual((await page.evaluate(shown)).sum, middle.sum);
   await close();
 });
 
 test("blinks between the photos, and stands still for who prefers that", async () => {
   const moving = await site.open({ files: smallPhotos });
   await open(moving.page, "blink");
-  const first = await shown(moving.page);
+  const first = await moving.page.evaluate(shown);
   await moving.page.waitForTimeout(800);
-  assert.notEqual((await shown(moving.page)).sum, first.sum);
+  assert.notEqual((await moving.page.evaluate(shown)).sum, first.sum);
   await moving.close();
 
   const still = await site.open({ files: smallPhotos, reducedMotion: "reduce" });
   await open(still.page, "blink");
-  const photo = await shown(still.page);
+  const photo = await still.page.evaluate(shown);
   const which = still.page.locator("#view-controls output");
   assert.match((await which.textContent()) ?? "", /^Second photo/);
   await still.page.waitForTimeout(800);
-  assert.equal((await shown(still.page)).sum, photo.sum);
+  assert.equal((await still.page.evaluate(shown)).sum, photo.sum);
   await still.page.getByRole("button", { name: "Other photo" }).click();
   assert.match((await which.textContent()) ?? "", /^First photo/);
-  assert.notEqual((await shown(still.page)).sum, photo.sum);
+  assert.notEqual((await still.page.evaluate(shown)).sum, photo.sum);
   await still.close();
 });
 
 test("matches can be shown by kind, with lines and over the depth", async () => {
   const { page, close } = await site.open({ files: smallCase });
   await open(page, "matches");
-  const seen = new Set([(await shown(page)).sum]);
+  const seen = new Set([(await page.evaluate(shown)).sum]);
   for (const label of ["Lines", "Outliers", "Inliers", "Depth"]) {
     await page.locator("#view-controls").getByLabel(label).click();
     await page.waitForTimeout(300);
-    const { sum } = await shown(page);
+    const { sum } = await page.evaluate(shown);
     assert.ok(!seen.has(sum), `${label} changes the picture`);
     seen.add(sum);
   }

@@ -236,3 +236,9 @@ impl Surface {
 pub(crate) fn sample_step(size: (usize, usize)) -> usize {
     Mesh::over(size).sample_step()
 }
+
+/// The pixels of a photo of this size that are samples, row by row: x and y.
+pub(crate) fn sample_grid((w, h): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+    let step = sample_step((w, h));
+    (0..h).step_by(step).flat_map(move |y| (0..w).step_by(step).map(move |x| (x, y)))
+}

@@ -1,7 +1,7 @@
 //! Depth carried from photo to photo: what another one's neighbours saw need not be guessed.
 
 use crate::InverseDepth;
-use crate::depth::sample_step;
+use crate::depth::{sample_grid, sample_step};
 use crate::geometry::MultiView;
 
 /// What the other photos know of the depth of `photo`, where it does not know itself: points and inverse depth there. `known` are
@@ -17,10 +17,8 @@ pub(super) fn carried(
     let mut nearest: Vec<Option<([f64; 2], f64)>> = vec![None; columns * height.div_ceil(step)];
     for (other, map) in known.iter().enumerate().filter(|(other, _)| *other != photo) {
         let (Some(map), Some(model)) = (map, geometry.model([other, photo])) else { continue };
-        let (w, h) = map.size();
-        let spacing = sample_step((w, h));
-        for (x, y) in (0..h).step_by(spacing).flat_map(|y| (0..w).step_by(spacing).map(move |x| (x, y))) {
-            let depth = f64::from(map.data()[y * w + x]);
+        for (x, y) in sample_grid(map.size()) {
+            let depth = f64::from(map.data()[y * map.width() + x]);
             // NaN lands nowhere.
             let [u, v, third] = model.transform(x as f64, y as f64, depth);
             let (point, depth) = ([u / third, v / third], depth / third);

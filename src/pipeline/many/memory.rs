@@ -39,15 +39,18 @@ impl<'a> Budget<'a> {
     }
 
     /// Of what is held of a photo that is not there everywhere: a copy, and distances.
-    pub fn add_masked(&mut self, (width, height): (usize, usize)) {
-        const MASKED: u64 = 4 + 2;
-        let pixels = (width as u64).saturating_mul(height as u64);
-        self.held = self.held.saturating_add(pixels.saturating_mul(MASKED));
+    pub fn add_masked(&mut self, size: (usize, usize)) {
+        self.add(size, 4 + 2);
     }
 
     /// Of a depth map that is given.
-    pub fn add_depth(&mut self, (width, height): (usize, usize)) {
-        self.held = self.held.saturating_add((width as u64).saturating_mul(height as u64).saturating_mul(4));
+    pub fn add_depth(&mut self, size: (usize, usize)) {
+        self.add(size, 4);
+    }
+
+    fn add(&mut self, (width, height): (usize, usize), bytes_per_pixel: u64) {
+        let pixels = (width as u64).saturating_mul(height as u64);
+        self.held = self.held.saturating_add(pixels.saturating_mul(bytes_per_pixel));
     }
 
     /// How many times over all of it may be taken, before the canvas is known.
