@@ -20,7 +20,7 @@ const MOST_BENDING: f64 = 0.1;
 /// What a unit of bending and a level of difference at the seam count, next to a unit of anisotropy. Tuned by eye on 37 real
 /// pairs, both ways round.
 const BENDING_WEIGHT: f64 = 5.0;
-const STEP_WEIGHT: f64 = 0.06;
+const STEP_WEIGHT: f64 = 0.065;
 
 /// Two photos of which alignments are to be compared.
 pub(super) struct Prediction {

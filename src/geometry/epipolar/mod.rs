@@ -3,6 +3,7 @@
 
 mod consensus;
 mod fundamental;
+mod orientation;
 mod refine;
 mod seven_point;
 mod triangulation;
@@ -22,6 +23,7 @@ use crate::statistics::meaningful_consensus;
 use crate::{Error, Result, Stage};
 use consensus::{Epipolar, search};
 pub(super) use fundamental::cofactors;
+use orientation::is_inverted;
 use triangulation::{Triangulated, plane_parallax};
 
 /// Samples drawn in any case: most of those without outliers determine little, as on one plane.
@@ -60,7 +62,7 @@ pub(crate) fn two_view_geometry(
     let plane = homography.as_ref().ok().map(|homography| &homography.forward);
     let scene = PlaneParallax::find(&usable, plane, options);
     report(observer, Stage::Depth, 0.1)?;
-    let Some(scene) = scene else {
+    let Some(mut scene) = scene else {
         let mut estimate = homography?;
         for warning in &mut estimate.warnings {
             if *warning == Warning::NoDepth {
@@ -69,6 +71,7 @@ pub(crate) fn two_view_geometry(
         }
         return Ok(TwoViewGeometry { estimate, samples: None });
     };
+    scene.orient(&usable, sizes);
     let samples = [0, 1].map(|side| scene.samples(&usable, side));
     Ok(TwoViewGeometry { estimate: scene.estimate(&usable, matches.len()), samples: Some(samples) })
 }
@@ -125,6 +128,15 @@ impl PlaneParallax {
             models,
             matches,
         })
+    }
+
+    /// Has larger values of the inverse depth mean nearer.
+    fn orient(&mut self, usable: &[Usable], sizes: [(usize, usize); 2]) {
+        let ends = self.matches.iter().map(|m| usable[m.index].ends);
+        if is_inverted(&self.models[0], ends, sizes) {
+            self.models.iter_mut().for_each(|model| model.e = -model.e);
+            self.matches.iter_mut().for_each(|m| m.depth = m.depth.map(|depth| -depth));
+        }
     }
 
     /// The matches on one side, with depth in that photo.

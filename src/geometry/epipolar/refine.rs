@@ -1,4 +1,4 @@
-//! Sampson refinement: least squares on the Sampson distances, within the matrices of rank 2.
+//! Sampson refinement: least squares on the Sampson distances, or a robust cost of them, within the matrices of rank 2.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -12,8 +12,11 @@ const ITERATIONS: usize = 50;
 /// The entries of F, column by column.
 type Entries = SVector<f64, 9>;
 
-/// The squared Sampson distances of the points.
-struct SampsonDistances<'a>(&'a Points);
+/// Tukey's biweight of the Sampson distances of the points, to which all distances beyond its `support` are the same.
+struct SampsonDistances<'a> {
+    points: &'a Points,
+    support: f64,
+}
 
 impl LeastSquares for SampsonDistances<'_> {
     type State = Fundamental;
@@ -23,7 +26,7 @@ impl LeastSquares for SampsonDistances<'_> {
     fn normal_equations(&self, Fundamental(f): &Fundamental) -> NormalEquations<9> {
         let normals = [unit(*f), unit(cofactors(f))];
         let mut equations = NormalEquations::zeros();
-        for p in self.0.iter() {
+        for p in self.points.iter() {
             let (x, u) = (Vector3::new(p.x, p.y, 1.0), Vector3::new(p.u, p.v, 1.0));
             let (mut line, mut back) = (f * x, f.tr_mul(&u));
             let s = u.dot(&line);
@@ -36,8 +39,12 @@ impl LeastSquares for SampsonDistances<'_> {
                 derivative -= normal * derivative.dot(normal);
             }
             let distance = s * inverse;
-            equations.cost += 0.5 * distance * distance;
-            equations.add(&Entries::from_column_slice(derivative.as_slice()), distance, 1.0);
+            // s²/6 (1 − (1 − r²/s²)³), expanded: ½r² where the support s is infinite.
+            let share = (distance * distance / (self.support * self.support)).min(1.0);
+            let bounded = (distance * distance).min(self.support * self.support);
+            equations.cost += 0.5 * bounded * (1.0 - share + share * share / 3.0);
+            let weight = (1.0 - share) * (1.0 - share);
+            equations.add(&Entries::from_column_slice(derivative.as_slice()), distance, weight);
         }
         equations
     }
@@ -64,5 +71,10 @@ fn retract(mut f: Matrix3<f64>) -> Fundamental {
 /// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step
 /// reduces the cost by less than the fraction `tolerance`.
 pub(super) fn refine(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
-    minimise(&SampsonDistances(points), retract(start.0), tolerance, ITERATIONS).0
+    refine_robustly(points, start, f64::INFINITY, tolerance)
+}
+
+/// As [`refine`], but of Tukey's biweight of the distances.
+pub(super) fn refine_robustly(points: &Points, start: &Fundamental, support: f64, tolerance: f64) -> Fundamental {
+    minimise(&SampsonDistances { points, support }, retract(start.0), tolerance, ITERATIONS).0
 }
