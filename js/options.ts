@@ -318,12 +318,12 @@ export const OPTIONS = {
   seam: {
     group: "compositing",
     type: "choice",
-    choices: { cut: "Minimum cut", none: "None" },
-    default: "cut",
+    choices: { aligned: "Minimum cut, aligned", cut: "Minimum cut", none: "None" },
+    default: "aligned",
     paper: "none",
     label: "Seam",
     description:
-      "Selects one image per pixel of the overlap by a minimum cut, or blends both everywhere.",
+      "Selects one image per pixel of the overlap by a minimum cut, around which the target is then moved so that lines go on across it; by the cut alone; or blends both everywhere.",
   },
   blending: {
     group: "compositing",

@@ -49,7 +49,7 @@ fn compose(warped: &Warped, reference: &Image, options: &BlendOptions) -> Result
 fn ways() -> Vec<BlendOptions> {
     let mut all = Vec::new();
     for exposure in [Exposure::Off, Exposure::Gain, Exposure::Field] {
-        for seam in [Seam::Off, Seam::Cut] {
+        for seam in [Seam::Off, Seam::Cut, Seam::Aligned] {
             for blending in [Blending::Average, Blending::Feather, Blending::Multiband] {
                 all.push(BlendOptions { exposure, seam, blending, ..BlendOptions::default() });
             }
@@ -83,7 +83,7 @@ fn photos_that_agree_come_out_as_they_are() {
 #[test]
 fn bands_pass_smoothly_and_leave_no_halo() {
     let (warped, other) = (stage(overlapping, |_, _| [140, 140, 140]), reference(|_, _| [100, 100, 100]));
-    for seam in [Seam::Off, Seam::Cut] {
+    for seam in [Seam::Off, Seam::Cut, Seam::Aligned] {
         let options = BlendOptions { exposure: Exposure::Off, seam, bands: 4, ..BlendOptions::default() };
         let mosaic = compose(&warped, &other, &options).unwrap();
         let level = |x: usize, y: usize| pixels(&mosaic.image)[y * CANVAS.0 + x][0];
@@ -99,6 +99,58 @@ fn bands_pass_smoothly_and_leave_no_halo() {
         }
         assert!(level(0, 0) == 140 && level(40, 50) >= 136 && level(130, 50) <= 104);
     }
+}
+
+/// Slanted bars, that many pixels lower in the target.
+fn bars(lower: f64) -> impl Fn(usize, usize) -> [u8; 3] {
+    move |x, y| {
+        let wave = (0.35 * (y as f64 - lower) + 0.1 * x as f64).sin();
+        [(128.0 + 90.0 * wave) as u8; 3]
+    }
+}
+
+/// Mean difference of the mosaic from the reference's bars in the pixels of the target next to the seam.
+fn apart(mosaic: &Mosaic) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for (x, y) in (5..CANVAS.1 - 5).flat_map(|y| (LEFT..CANVAS.0 - 1).map(move |x| (x, y))) {
+        let at = y * CANVAS.0 + x;
+        if mosaic.seam.data()[at..at + 2] == [1, 2] {
+            sum += f64::from(pixels(&mosaic.image)[at][0].abs_diff(bars(0.0)(x, y)[0]));
+            count += 1;
+        }
+    }
+    sum / f64::from(count.max(1))
+}
+
+#[test]
+fn target_gives_way_so_that_lines_go_on_across_the_seam() {
+    let other = reference(bars(0.0));
+    for lower in [-2.5, 1.5, 2.5] {
+        let warped = stage(|x, _| x < 120, bars(lower));
+        let with = |seam| {
+            let options = BlendOptions { exposure: Exposure::Off, seam, bands: 1, ..BlendOptions::default() };
+            compose(&warped, &other, &options).unwrap()
+        };
+        let (cut, aligned) = (with(Seam::Cut), with(Seam::Aligned));
+        assert_eq!(aligned.seam, cut.seam);
+        assert!(apart(&aligned) < 0.1 * apart(&cut), "{} {}", apart(&aligned), apart(&cut));
+        // The reference stays as it is, and so does what is far from the seam.
+        let changed = |x: usize| {
+            (0..CANVAS.1).any(|y| aligned.image.pixels()[y * CANVAS.0 + x] != cut.image.pixels()[y * CANVAS.0 + x])
+        };
+        assert!((125..CANVAS.0).all(|x| !changed(x)));
+        assert!((0..20).all(|x| !changed(x)));
+    }
+}
+
+#[test]
+fn photos_that_agree_are_not_moved() {
+    let (warped, other) = (stage(overlapping, texture), reference(texture));
+    let with = |seam| {
+        let options = BlendOptions { exposure: Exposure::Off, seam, ..BlendOptions::default() };
+        compose(&warped, &other, &options).unwrap()
+    };
+    assert_eq!(with(Seam::Aligned), with(Seam::Cut));
 }
 
 /// Half the ramp on either side of the middle line, 0 for a hard edge.

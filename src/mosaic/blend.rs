@@ -2,7 +2,7 @@
 
 use super::average::{average, opaque_or_empty};
 use super::canvas::Placed;
-use super::{exposure, feather, multiband, seam};
+use super::{alignment, exposure, feather, multiband, seam};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, Portion, report};
 use crate::transparency::outside;
@@ -28,8 +28,10 @@ pub enum Seam {
     /// The photo whose own border is farther away.
     Off,
     /// A minimum cut through where the photos agree.
-    #[default]
     Cut,
+    /// The same, and then the target gives way around it, so that what crosses it is not broken.
+    #[default]
+    Aligned,
 }
 
 /// How the photos pass into each other.
@@ -168,6 +170,10 @@ pub(super) fn compose(
     match options.seam {
         Seam::Off => seam::middle(image, base, seam)?,
         Seam::Cut => seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.6))?,
+        Seam::Aligned => {
+            seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.5))?;
+            alignment::align(image, base, seam, &mut Portion::new(observer, 0.5, 0.6))?;
+        }
     }
     let observer = &mut Portion::new(observer, 0.6, 1.0);
     match options.blending {

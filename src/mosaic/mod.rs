@@ -5,6 +5,7 @@
 //! target's exposure is matched to the reference's, a minimum cut decides which photo shows where, and the bands of
 //! a Laplacian pyramid are blended across it.
 
+mod alignment;
 mod average;
 mod blend;
 mod canvas;

@@ -72,7 +72,7 @@ pub(super) fn blend(
 }
 
 /// The rectangle within `reach` of any place where the two photos meet.
-fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
+pub(super) fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
     let (width, height) = seam.size();
     let meetings = |y: usize| {
         let row = &seam.data()[y * width..(y + 1) * width];

@@ -118,7 +118,7 @@ impl Reader<'_> {
         let blend = &mut options.blend;
         let exposure = [Exposure::Field, Exposure::Gain, Exposure::Off];
         self.choice(&specs::EXPOSURE, &mut blend.exposure, &exposure);
-        self.choice(&specs::SEAM, &mut blend.seam, &[Seam::Cut, Seam::Off]);
+        self.choice(&specs::SEAM, &mut blend.seam, &[Seam::Aligned, Seam::Cut, Seam::Off]);
         let blending = [Blending::Multiband, Blending::Feather, Blending::Average];
         self.choice(&specs::BLENDING, &mut blend.blending, &blending);
         self.whole(&specs::FEATHER, &mut blend.feather);

@@ -113,8 +113,13 @@ pub(super) const EXPOSURE: Spec = Spec {
     max: 0.0,
     choices: &["field", "gain", "none"],
 };
-pub(super) const SEAM: Spec =
-    Spec { name: "seam", expected: "'cut' or 'none'", min: 0.0, max: 0.0, choices: &["cut", "none"] };
+pub(super) const SEAM: Spec = Spec {
+    name: "seam",
+    expected: "'aligned', 'cut' or 'none'",
+    min: 0.0,
+    max: 0.0,
+    choices: &["aligned", "cut", "none"],
+};
 pub(super) const BLENDING: Spec = Spec {
     name: "blending",
     expected: "'multiband', 'feather' or 'average'",

@@ -201,10 +201,11 @@ export interface Options {
    */
   exposure: "field" | "gain" | "none";
   /**
-   * Selects one image per pixel of the overlap by a minimum cut, or blends both everywhere.
-   * Default: cut (none with mode "paper").
+   * Selects one image per pixel of the overlap by a minimum cut, around which the target is then
+   * moved so that lines go on across it; by the cut alone; or blends both everywhere. Default:
+   * aligned (none with mode "paper").
    */
-  seam: "cut" | "none";
+  seam: "aligned" | "cut" | "none";
   /** How the images are blended. Default: multiband (average with mode "paper"). */
   blending: "multiband" | "feather" | "average";
   /**

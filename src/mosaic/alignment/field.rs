@@ -1,0 +1,138 @@
+//! The field of displacements, by reweighted least squares.
+
+use super::level::Level;
+use crate::Result;
+use crate::Stage;
+use crate::image::{reserve, zeroed};
+use crate::observer::{Observer, report};
+
+/// How far from the seam the photos are compared, in diagonals.
+const BAND: f32 = 0.02;
+/// Differences of this many levels count half as much.
+const OUTLIER: f32 = 25.0;
+/// Weight of the slopes of the field, next to squared levels a node: at a third, lines turn visibly where they cross the seam; at
+/// three times, twice as many steps stay.
+const SMOOTHNESS: f32 = 330.0;
+/// Weight of the field itself at this distance from the seam, growing with its square.
+const FADING: f32 = 7.0;
+const REACH: f32 = 0.1;
+/// What is left of it at the seam.
+const LEAST_FADING: f32 = 0.3;
+/// From so many times [`BAND`] on the photos are not compared.
+const NEGLIGIBLE: f32 = 2.6;
+/// Linearisations of a level, and steps of successive overrelaxation of each.
+const ITERATIONS: usize = 3;
+const SWEEPS: usize = 12;
+const OVERRELAXATION: f32 = 1.8;
+/// Farther than this from the seam, in diagonals, nothing moves: it has long faded.
+pub(super) const FARTHEST: f32 = 0.12;
+
+/// Displacements of a level's nodes, in nodes: the reference's node shows what the target has there.
+pub(super) struct Field {
+    pub width: usize,
+    pub height: usize,
+    pub values: Vec<[f32; 2]>,
+}
+
+/// The equations of a node: a symmetric 2×2 matrix and the right side.
+struct Equation {
+    node: usize,
+    matrix: [f32; 3],
+    right: [f32; 2],
+}
+
+impl Field {
+    /// Of a level, from the field of the next coarser one.
+    pub fn of(level: &Level, coarser: Option<&Self>, observer: &mut dyn Observer) -> Result<Self> {
+        let (width, height) = (level.width, level.height);
+        let mut field = Self { width, height, values: zeroed(width * height)? };
+        let near = || (0..width * height).filter(|node| level.distance[*node] < FARTHEST);
+        if let Some(coarser) = coarser {
+            let middle = |i: usize| 0.5 * (i as f32 + 0.5) - 0.5;
+            for node in near() {
+                field.values[node] = coarser.at(middle(node % width), middle(node / width)).map(|v| 2.0 * v);
+            }
+        }
+        let mut equations = Vec::new();
+        reserve(&mut equations, near().count())?;
+        for pass in 0..ITERATIONS {
+            report(observer, Stage::Blend, pass as f32 / ITERATIONS as f32)?;
+            equations.clear();
+            equations.extend(near().map(|node| field.equation(level, node)));
+            (0..SWEEPS).for_each(|_| field.relax(&equations));
+        }
+        Ok(field)
+    }
+
+    /// Whether a node is farther from the seam than anything moves.
+    pub fn is_still(&self, x: usize, y: usize) -> bool {
+        self.values[y * self.width + x] == [0.0; 2]
+    }
+
+    /// At a point in nodes, bilinear.
+    pub fn at(&self, x: f32, y: f32) -> [f32; 2] {
+        let axis = |p: f32, count: usize| {
+            let p = p.max(0.0).min((count - 1) as f32);
+            let i = (p as usize).min(count.saturating_sub(2));
+            (i, (i + 1).min(count - 1), p - i as f32)
+        };
+        let ((i, beside, u), (j, below, v)) = (axis(x, self.width), axis(y, self.height));
+        let node = |x: usize, y: usize, c: usize| self.values[y * self.width + x][c];
+        [0, 1].map(|c| {
+            let row = |y: usize| node(i, y, c) * (1.0 - u) + node(beside, y, c) * u;
+            row(j) * (1.0 - v) + row(below) * v
+        })
+    }
+
+    /// Brightness constancy of a node, linearised at its displacement, and what draws that to 0.
+    fn equation(&self, level: &Level, node: usize) -> Equation {
+        let share = level.distance[node] / REACH;
+        let fading = FADING * share * share + LEAST_FADING;
+        let free = Equation { node, matrix: [fading, 0.0, fading], right: [0.0; 2] };
+        let near = level.distance[node] / BAND;
+        if near > NEGLIGIBLE {
+            return free;
+        }
+        let [u, v] = self.values[node];
+        let (x, y) = ((node % self.width) as f32 + u, (node / self.width) as f32 + v);
+        let gx = 0.5 * (level.luma(x + 1.0, y) - level.luma(x - 1.0, y));
+        let gy = 0.5 * (level.luma(x, y + 1.0) - level.luma(x, y - 1.0));
+        let apart = level.luma(x, y) - level.reference[node];
+        if (apart + gx + gy).is_nan() {
+            return free;
+        }
+        let outlier = apart / OUTLIER;
+        let weight = libm::expf(-near * near) / (1.0 + outlier * outlier);
+        let constant = weight * (gx * u + gy * v - apart);
+        Equation {
+            node,
+            matrix: [fading + weight * gx * gx, weight * gx * gy, fading + weight * gy * gy],
+            right: [gx * constant, gy * constant],
+        }
+    }
+
+    /// A step of successive overrelaxation.
+    fn relax(&mut self, equations: &[Equation]) {
+        let (width, count) = (self.width, self.values.len());
+        for Equation { node, matrix: [a, b, c], right } in equations {
+            let (node, column) = (*node, node % width);
+            let around = [
+                node - usize::from(column > 0),
+                node + usize::from(column + 1 < width),
+                if node >= width { node - width } else { node },
+                if node + width < count { node + width } else { node },
+            ];
+            let mut sum = *right;
+            for other in around {
+                let [u, v] = self.values[other];
+                sum = [sum[0] + SMOOTHNESS * u, sum[1] + SMOOTHNESS * v];
+            }
+            let (a, c, [p, q]) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS, sum);
+            let inverse = 1.0 / (a * c - b * b);
+            let next = [(c * p - b * q) * inverse, (a * q - b * p) * inverse];
+            for (value, next) in self.values[node].iter_mut().zip(next) {
+                *value += OVERRELAXATION * (next - *value);
+            }
+        }
+    }
+}
