@@ -1,13 +1,21 @@
 //! Connected components of a grid.
 
 use crate::Result;
-use crate::image::reserve;
+use crate::image::reserve_more;
 
-/// Calls `each` with the cells of every 4-connected component of equal labels, in the order of their first cells. Row by
-/// row, `width` cells a row; cells labelled 0 belong to none.
-pub(crate) fn connected_components(mut labels: Vec<u8>, width: usize, each: &mut dyn FnMut(&[u32])) -> Result<()> {
+/// Cells of a component that are kept in any case, so that forgetting some is worth while.
+const FRONT: usize = 4096;
+
+/// Calls `each` with the cells of every 4-connected component of equal labels that has fewer than `most`, in the order of their first
+/// cells. Row by row, `width` cells a row; cells labelled 0 belong to none.
+pub(crate) fn connected_components(
+    mut labels: Vec<u8>,
+    width: usize,
+    most: usize,
+    each: &mut dyn FnMut(&[u32]),
+) -> Result<()> {
+    // The cells of a component, and those beyond which its neighbours have not been looked at.
     let mut component: Vec<u32> = Vec::new();
-    reserve(&mut component, labels.len())?;
     for first in 0..labels.len() {
         // A cell that has been reached loses its label.
         let label = std::mem::take(&mut labels[first]);
@@ -15,18 +23,27 @@ pub(crate) fn connected_components(mut labels: Vec<u8>, width: usize, each: &mut
             continue;
         }
         component.clear();
+        reserve_more(&mut component, 1)?;
         component.push(first as u32);
-        let mut next = 0;
+        let (mut next, mut large) = (0, false);
         while let Some(&at) = component.get(next) {
+            reserve_more(&mut component, 4)?;
             for other in neighbours(at as usize, width) {
                 if labels.get(other) == Some(&label) {
                     labels[other] = 0;
-                    component.push(other as u32); // each cell once, so there is room
+                    component.push(other as u32);
                 }
             }
             next += 1;
+            // Of a large one, which can be most of the canvas, only the front is kept.
+            if component.len() >= most.max(FRONT) && 2 * next >= component.len() {
+                component.drain(..next);
+                (next, large) = (0, true);
+            }
         }
-        each(&component);
+        if !large && component.len() < most {
+            each(&component);
+        }
     }
     Ok(())
 }

@@ -279,6 +279,11 @@ pub(crate) fn reserve<T>(v: &mut Vec<T>, len: usize) -> Result<()> {
     v.try_reserve_exact(len).map_err(|_| out_of_memory(len, size_of::<T>()))
 }
 
+/// Makes room for some more values where there is none: for lists that grow.
+pub(crate) fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
+    if list.capacity() - list.len() < count { reserve(list, list.len().max(1024)) } else { Ok(()) }
+}
+
 #[cold]
 fn out_of_memory(len: usize, size: usize) -> Box<Error> {
     Error::OutOfMemory { bytes: (len as u64).saturating_mul(size as u64) }.into()

@@ -61,9 +61,9 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
     let pair = scene.render(width, height);
     let photos = Photos::of(&pair, &MatchOptions { count: 4, sigma: 0.0, outliers: 0.0, seed: 1 });
     let (target, reference) = (photos.target(), photos.reference());
-    let warped = warp(target, reference, &pair.forward, &pair.reverse, &WarpOptions::paper(), &mut ()).unwrap();
+    let mut warped = warp(target, reference, &pair.forward, &pair.reverse, &WarpOptions::paper(), &mut ()).unwrap();
     let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).unwrap();
-    let guide = FillGuide::new(&warped, &pair.forward, reference).unwrap();
+    let guide = FillGuide::new(&mut warped, &pair.forward, reference).unwrap();
     let camera = Camera::new(&scene.reference, width, height);
     let truth: Vec<[u8; 3]> = (0..mosaic.voids.data().len())
         .map(|i| {

@@ -63,14 +63,14 @@ fn the_references_depth_is_brought_into_the_same_gauge() {
     let scene = gallery();
     let pair = scene.survey(SIZE.0, SIZE.1);
     let mut photos = photos(&pair);
-    let warped = warped(&photos, &pair.forward, &pair.reverse, WarpMode::Optimal);
+    let mut warped = warped(&photos, &pair.forward, &pair.reverse, WarpMode::Optimal);
+    let before = warped.depth.clone().unwrap();
     let truth = pair.reference.inverse_depth();
     // Another scale and shift, and a tenth of the map is wrong.
     let other: Vec<f32> =
         truth.iter().enumerate().map(|(i, d)| if i % 10 == 3 { 90.0 } else { 40.0 * d - 1.5 }).collect();
     photos.reference_depth = InverseDepth::new("depth", &other, SIZE, DepthKind::Inverse, None, SIZE).ok();
-    let guide = FillGuide::new(&warped, &pair.forward, photos.reference()).unwrap().unwrap();
-    let before = warped.depth.as_ref().unwrap();
+    let guide = FillGuide::new(&mut warped, &pair.forward, photos.reference()).unwrap().unwrap();
     let mut rows = 0;
     for y in 0..SIZE.1 {
         let at = (y + warped.offset.1) * before.width() + warped.offset.0 + SIZE.0 - 2;

@@ -23,7 +23,8 @@ pub struct FillGuide {
 }
 
 impl FillGuide {
-    /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax.
+    /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax. Takes the depth out of
+    /// `warped`, as it is as large as the mosaic.
     ///
     /// Where the target shows nothing the reference's inverse depth stands in, brought into the same gauge by the affine
     /// change that fits best where both are known, by least absolute deviations: robust where the two photos show different
@@ -31,13 +32,11 @@ impl FillGuide {
     ///
     /// # Errors
     /// `size-mismatch` when the reference does not fit the canvas or its depth is not of its size, `out-of-memory`.
-    pub fn new(warped: &Warped, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
+    pub fn new(warped: &mut Warped, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
         warped.check_canvas(reference.image)?;
-        let Some(depth) = &warped.depth else { return Ok(None) };
-        let width = depth.width();
-        let mut data = Vec::new();
-        reserve(&mut data, depth.data().len())?;
-        data.extend_from_slice(depth.data());
+        let Some(depth) = warped.depth.take() else { return Ok(None) };
+        let (width, height) = depth.size();
+        let mut data = depth.into_values();
         if let Some(other) = reference.depth {
             let size = reference.image.size();
             check_size("referenceDepth", other.size(), size)?;
@@ -55,7 +54,7 @@ impl FillGuide {
         let e = &forward.e;
         let (left, top) = (warped.offset.0 as f64, warped.offset.1 as f64);
         let epipole = [e[0] + left * e[2], e[1] + top * e[2], e[2]];
-        Ok(Some(Self { depth: InverseDepth::from_values(data, width, depth.height()), epipole }))
+        Ok(Some(Self { depth: InverseDepth::from_values(data, width, height), epipole }))
     }
 
     /// The epipole in a window of the canvas.

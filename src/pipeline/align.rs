@@ -210,6 +210,8 @@ impl Alignment<'_> {
         let mut refined = refine_prior(target, reference, &forward, &reverse, prior, refine, refining)?;
         let completing = &mut Portion::of_stage(observer, Stage::Refine, share, 1.0);
         if prior.weak {
+            // The priors make room: nothing reads them any more.
+            self.depth = [None, None];
             match complete(&self.geometry, matches, photos, refined, options, completing)? {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));

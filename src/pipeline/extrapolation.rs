@@ -61,7 +61,7 @@ pub(super) fn complete(
     }
     let own = best.surface.map(target.size())?;
     // Not needed any more, and as large as a few maps when the photos are small.
-    drop((known, prediction));
+    drop((known, prediction, refined.target));
     let options = CompletionOptions { keep_reliable: false, shape: best.shape };
     let measured = MeasuredDepth { map: &refined.reference, reliable: reliable_reference, matches: &reference_matches };
     let second = &mut Portion::new(observer, 0.5, 1.0);

@@ -69,9 +69,11 @@ const AGGREGATE_ROWS: u64 = 144 * 16 + 128 * 32 + 7 * 15;
 /// Photos of more pixels are refined at half their size; so are those without depth maps.
 const REFINE_FULL_SIZE: u64 = 6_000_000;
 
-/// Depth from the photos alone: the banded equations of the extrapolation's mesh, and dense maps beside them.
-const MESH: u64 = 6_600_000;
-const DENSE: u64 = 21;
+/// Depth from the photos alone: dense maps and the sums that they are made of.
+const DENSE: u64 = 22;
+/// Completing one map: the banded equations of a mesh, what is known of the map, and the search for line segments.
+const MESH: u64 = 4_300_000;
+const COMPLETE: u64 = MAP + 20;
 
 /// Vertices in fixed point.
 const VERTEX: u64 = 8;
@@ -85,8 +87,9 @@ const MOSAIC: u64 = RGBA + 2 * MASK;
 const BANDS: f64 = 32.0 / 3.0;
 /// Smooth filling numbers the pixels of its window.
 const SMOOTH_FILL: u64 = 5;
-/// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas.
-const EXEMPLAR_FILL: u64 = 8;
+/// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas, and half of that where smooth
+/// surfaces leave few voids.
+const EXEMPLAR_FILL: u64 = 10;
 
 /// The predicted peaks of one job.
 #[derive(Debug, Clone, Copy)]
@@ -154,26 +157,30 @@ impl<'a> Memory<'a> {
         (two_view || self.job.depth == [true; 2], two_view && none)
     }
 
-    /// Maps and masks that the pipeline itself holds from the depth stage on, and the reference as it is projected.
-    fn maps(&self) -> u64 {
-        let [target, reference] = self.photos();
-        let projected = match self.options.projection {
-            None | Some(Projection::Plane) => 0,
-            Some(_) => reference.saturating_mul(RGBA + MAP + MASK),
+    /// Whether smooth surfaces take the place of what was refined: with two photos alone.
+    fn smooth(&self) -> bool {
+        self.parallax().1 && self.options.refine.is_some()
+    }
+
+    /// Maps and masks of target and reference that the pipeline itself holds from the depth stage on.
+    fn maps(&self) -> [u64; 2] {
+        let (parallax, two_view) = self.parallax();
+        let refined = self.options.refine.is_some();
+        let map = |side: usize| {
+            let own = parallax && (two_view || refined || !self.job.depth[side]);
+            self.photos()[side].saturating_mul(if own { MAP } else { 0 })
         };
-        projected.saturating_add(match self.parallax() {
-            (false, _) => 0,
-            _ if self.options.refine.is_some() => {
-                self.both().saturating_mul(MAP).saturating_add(reference.saturating_mul(MASK))
-            }
-            (_, true) => self.both().saturating_mul(MAP),
-            _ => [target, reference]
-                .into_iter()
-                .zip(self.job.depth)
-                .filter(|(_, given)| !given)
-                .map(|(n, _)| MAP * n)
-                .sum(),
-        })
+        let reference = self.photos()[1];
+        let reliable = if parallax && refined && !two_view { reference.saturating_mul(MASK) } else { 0 };
+        [map(0), map(1).saturating_add(reliable)]
+    }
+
+    /// The reference as it is projected.
+    fn projected(&self) -> u64 {
+        match self.options.projection {
+            None | Some(Projection::Plane) => 0,
+            Some(_) => self.photos()[1].saturating_mul(RGBA + MAP + MASK),
+        }
     }
 
     fn detection(&self) -> u64 {
@@ -195,13 +202,13 @@ impl<'a> Memory<'a> {
 
     fn two_view_depth(&self) -> u64 {
         let [target, reference] = self.photos();
-        if self.parallax().1 { MESH.saturating_add(DENSE.saturating_mul(target.max(reference))) } else { 0 }
+        if self.parallax().1 { DENSE.saturating_mul(target.max(reference)) } else { 0 }
     }
 
     fn refinement(&self) -> u64 {
         let (parallax, two_view) = self.parallax();
         if self.options.refine.is_none() || !parallax {
-            return self.maps();
+            return self.maps().into_iter().fold(0, u64::saturating_add);
         }
         let priors = if two_view { self.both().saturating_mul(MAP) } else { 0 };
         let [target, reference] = self.job.photos;
@@ -213,15 +220,31 @@ impl<'a> Memory<'a> {
         if larger <= REFINE_FULL_SIZE && !two_view {
             return priors.saturating_add(search(larger, width));
         }
-        let results = self.both().saturating_mul(MAP + 2 * MASK);
-        priors.saturating_add(search(larger / 4, width / 2)).saturating_add(results)
+        // All of both, and the corrections and grey levels of one.
+        let results = self.both().saturating_mul(MAP + MASK);
+        let upsampling = results.saturating_add(larger.saturating_mul(MAP + 3 * MASK));
+        let completion = results.saturating_add(larger.saturating_mul(COMPLETE)).saturating_add(MESH);
+        let refining = priors.saturating_add(search(larger / 4, width / 2).max(upsampling));
+        if two_view { refining.max(completion) } else { refining }
     }
 
-    /// The warped target, while something else is made of it.
+    /// What is read of the reference after the warp, and the warped target.
     fn warped(&self, canvas: u64) -> u64 {
+        let [target, reference] = self.maps();
+        let maps = match (self.options.output_depth, self.smooth()) {
+            (true, _) => target.saturating_add(reference),
+            (false, false) => reference,
+            (false, true) => 0,
+        };
+        let warped = canvas.saturating_mul(CANVAS + self.confidence() + self.warped_depth());
+        maps.saturating_add(self.projected()).saturating_add(warped)
+    }
+
+    /// The depth that guides the filling.
+    fn warped_depth(&self) -> u64 {
         let exemplar = self.options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar);
-        let depth = if self.parallax().0 && self.options.warp.depth && exemplar { MAP } else { 0 };
-        self.maps().saturating_add(canvas.saturating_mul(CANVAS + self.confidence() + depth))
+        let wanted = self.options.warp.depth && exemplar && !self.smooth();
+        if self.parallax().0 && wanted { MAP } else { 0 }
     }
 
     fn confidence(&self) -> u64 {
@@ -233,11 +256,11 @@ impl<'a> Memory<'a> {
             (0, 0) => self.photos()[0],
             (columns, rows) => (u64::from(columns) + 1) * (u64::from(rows) + 1),
         };
+        let maps = self.maps().into_iter().fold(self.projected(), u64::saturating_add);
+        let canvas = |own: u64| maps.saturating_add(canvas.saturating_mul(CANVAS + self.confidence() + own));
         let depth = if self.parallax().0 && self.options.warp.mode != WarpMode::Forward { MAP } else { 0 };
         let outline = if self.confidence() > 0 { OUTLINE } else { 0 };
-        let own = CANVAS + self.confidence() + outline + depth;
-        let made = vertices.saturating_mul(VERTEX).saturating_add(canvas.saturating_mul(own));
-        self.maps().saturating_add(made)
+        canvas(depth).saturating_add(vertices.saturating_mul(VERTEX)).max(canvas(self.warped_depth() + outline))
     }
 
     fn blend(&self, canvas: u64) -> u64 {
@@ -253,7 +276,7 @@ impl<'a> Memory<'a> {
         let own = match self.options.fill.as_ref().map(|fill| fill.method) {
             None => 0,
             Some(FillMethod::Smooth) => SMOOTH_FILL,
-            Some(FillMethod::Exemplar) => EXEMPLAR_FILL + if self.parallax().0 { MAP } else { 0 },
+            Some(FillMethod::Exemplar) => EXEMPLAR_FILL / if self.smooth() { 2 } else { 1 },
         };
         self.warped(canvas).saturating_add(canvas.saturating_mul(MOSAIC + own))
     }

@@ -72,7 +72,7 @@ pub struct Stitched {
     pub geometry: Estimate,
     /// With [`Options::output_depth`] and parallax, the inverse depth of target and reference that was used.
     pub depth: [Option<InverseDepth>; 2],
-    /// The target in the reference's view.
+    /// The target in the reference's view, without its depth.
     pub warped: Warped,
     /// Both photos together, voids filled if asked for.
     pub mosaic: Mosaic,
@@ -127,14 +127,20 @@ pub fn stitch_known(
     let visible = VisiblePair::of(known.matches, views)?;
     let (matches, views) = (visible.matches(known.matches), visible.views(views));
     let [_, reference] = views;
-    let alignment = align_timed(Known { matches, ..known }, views, options, observer, &mut timer)?;
+    let mut alignment = align_timed(Known { matches, ..known }, views, options, observer, &mut timer)?;
     let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
     let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
     let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;
     let from = if projected.is_some() { PROJECTING } else { 0.0 };
     let warping = &mut Portion::new(observer, from, 1.0);
-    let warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
+    let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
+    // Maps that nothing reads any more make room.
+    if !options.output_depth {
+        let [target, reference] = &mut alignment.depth;
+        *target = None;
+        reference.take_if(|_| warped.depth.is_none());
+    }
     let (shown, reliable) = match &projected {
         Some(projected) => (projected.view(), projected.reliable.as_ref()),
         None => (alignment.views(target, reference)[1], alignment.reliable.as_ref()),
@@ -144,7 +150,7 @@ pub fn stitch_known(
     report(observer, Stage::Measure, 0.0)?;
     let quality = quality(&warped, shown.image, mosaic.gains)?;
     timer.end(Stage::Measure, observer);
-    let guide = fill_guide(&warped, &alignment, projected.as_ref(), shown, options)?;
+    let guide = fill_guide(&mut warped, &alignment, projected.as_ref(), shown, options)?;
     let crops = fill_and_crop(&mut mosaic, guide.as_ref(), options, observer)?;
     timer.end(Stage::Fill, observer);
 
@@ -180,8 +186,10 @@ fn warp_aligned(
     let Estimate { forward, reverse, .. } = &alignment.geometry;
     let options = WarpOptions {
         void_distance: alignment.void_distance(target.image, options.warp.void_distance),
-        // Of what follows only exemplar filling uses depth.
-        depth: options.warp.depth && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
+        // Of what follows only exemplar filling uses depth, and a smooth surface has no background.
+        depth: options.warp.depth
+            && !alignment.smooth
+            && options.fill.as_ref().is_some_and(|fill| fill.method == FillMethod::Exemplar),
         ..options.warp.clone()
     };
     let job = match projected {
@@ -197,7 +205,7 @@ fn warp_aligned(
 
 /// What tells background from foreground where voids are to be filled, next to the reference as it is `shown`.
 fn fill_guide(
-    warped: &Warped,
+    warped: &mut Warped,
     alignment: &Alignment<'_>,
     projected: Option<&ProjectedReference>,
     shown: View<'_>,

@@ -201,7 +201,7 @@ pub(crate) fn warp_within(
         WarpMode::Soft => Some(Mask::empty(canvas.width, canvas.height)?),
         _ => None,
     };
-    let depth = if options.mode == WarpMode::Forward {
+    let mut depth = if options.mode == WarpMode::Forward {
         let mut out = forward::Output { image: &mut image, footprint: &mut footprint, with_depth: options.depth };
         forward::splat(&target.image, target_depth.as_deref(), &map, &canvas, &mut out)?
     } else {
@@ -219,12 +219,18 @@ pub(crate) fn warp_within(
         let mut out = render::Output { image: &mut image, footprint: &mut footprint, confidence: confidence.as_mut() };
         render::render(&scene, &grid, &canvas, &mut out, observer)?
     };
+    // What was only needed for rendering makes room.
+    let clipped = grid.clipped;
+    drop(grid);
+    if !options.depth {
+        depth = Vec::new();
+    }
     if options.mode == WarpMode::Soft {
         outline::clean(&mut image, &mut footprint, &canvas, &reference.image)?;
     }
-    let depth = if options.depth { depth::in_reference_frame(depth, &image, &map, canvas.offset) } else { None };
+    let depth = depth::in_reference_frame(depth, &image, &map, canvas.offset);
     report(observer, Stage::Warp, 1.0)?;
-    Ok(Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped: grid.clipped })
+    Ok(Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped })
 }
 
 fn check(

@@ -38,16 +38,15 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     mark_reference(&mut covered);
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
     // Where a disc has room, and a margin around it, so that corners are not cut off.
-    let inwards = distance(cells, width, &|at| covered[at] == 0)?;
-    let outwards = distance(cells, width, &|at| u32::from(inwards[at]) > radius)?;
+    let outwards = opened(cells, width, radius, &|at| covered[at] == 0)?;
     for (at, covered) in covered.iter_mut().enumerate() {
         if *covered == 1 && u32::from(outwards[at]) > 3 * radius {
             *covered = 0;
         }
     }
+    drop(outwards);
     // Gaps in which no disc has room, but not the steps of a slanting line.
-    let to_covered = distance(cells, width, &|at| covered[at] != 0)?;
-    let to_open = distance(cells, width, &|at| u32::from(to_covered[at]) > radius)?;
+    let to_open = opened(cells, width, radius, &|at| covered[at] != 0)?;
     for (at, covered) in covered.iter().enumerate().filter(|(_, covered)| **covered != REFERENCE) {
         let stays = *covered != 0 || u32::from(to_open[at]) > radius + STRAIGHT;
         footprint.data_mut()[at] = if stays { 255 } else { 0 };
@@ -58,6 +57,12 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     Ok(())
 }
 
+/// Distance of every cell from the nearest one that is farther than `radius` from where `inside` is true.
+fn opened(cells: usize, width: usize, radius: u32, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
+    let inwards = distance(cells, width, inside)?;
+    distance(cells, width, &|at| u32::from(inwards[at]) > radius)
+}
+
 /// What is covered by the reference; the target alone is 1.
 const REFERENCE: u8 = 2;
 
@@ -66,9 +71,9 @@ fn drop_small(covered: &mut [u8], width: usize, least: usize, dropped: &mut dyn 
     let mut target = Vec::new();
     reserve(&mut target, covered.len())?;
     target.extend(covered.iter().map(|&covered| u8::from(covered == 1)));
-    connected_components(target, width, &mut |piece| {
+    connected_components(target, width, least, &mut |piece| {
         let touches = |&at: &u32| neighbours(at as usize, width).iter().any(|&at| covered.get(at) == Some(&REFERENCE));
-        if piece.len() < least && !piece.iter().any(touches) {
+        if !piece.iter().any(touches) {
             for &at in piece {
                 covered[at as usize] = 0;
                 dropped(at as usize);

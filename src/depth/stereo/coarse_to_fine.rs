@@ -247,7 +247,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Takes corrections and reliable pixels from half the size to the whole.
+    /// Takes corrections and reliable pixels from half the size to the whole, and leaves nothing but the depth and the marks.
     fn upsample_to_full_size(&mut self) -> Result<()> {
         self.correct(0, self.shifts_at(0)?)?;
         let (photo, half) = (&self.pyramid[0], &self.pyramid[1]);
@@ -257,6 +257,7 @@ impl<'a> Side<'a> {
             row.iter_mut().enumerate().for_each(|(x, reliable)| *reliable = halves[x / 2]);
         }
         self.reliable = reliable;
+        (self.shifts, self.pyramid) = Default::default();
         Ok(())
     }
 }

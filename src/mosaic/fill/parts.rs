@@ -1,9 +1,8 @@
 //! How each void is filled, depending on its width.
 
-use super::smooth::reserve_more;
 use super::{FillMethod, FillOptions};
 use crate::distance::{STRAIGHT, distance};
-use crate::image::reserve;
+use crate::image::{reserve, reserve_more};
 use crate::rect::Rect;
 use crate::{Image, Mask, Result};
 

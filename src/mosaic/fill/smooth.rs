@@ -7,7 +7,7 @@
 
 use wide::{f32x4, i32x4};
 
-use crate::image::{reserve, zeroed};
+use crate::image::{reserve, reserve_more, zeroed};
 use crate::observer::{Observer, report};
 use crate::rect::Rect;
 use crate::{Image, Mask, Result, Stage};
@@ -325,9 +325,4 @@ fn bell(z: f32x4) -> f32x4 {
 fn mean(sum: f32x4) -> f32x4 {
     let weight = sum.to_array()[3];
     if weight > 0.0 { sum / f32x4::splat(weight) } else { sum }
-}
-
-/// Makes room for some more values where there is none.
-pub(super) fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
-    if list.capacity() - list.len() < count { reserve(list, list.len().max(1024)) } else { Ok(()) }
 }

@@ -11,8 +11,8 @@ pub(super) fn merge(cells: &mut [Cell], width: usize, least: usize) -> Result<()
     let mut shown = Vec::new();
     reserve(&mut shown, cells.len())?;
     shown.extend(cells.iter().map(|cell| cell.shown));
-    connected_components(shown, width, &mut |island| {
-        if island.len() < least && island.iter().all(|&at| cells[at as usize].side == BOTH) {
+    connected_components(shown, width, least, &mut |island| {
+        if island.iter().all(|&at| cells[at as usize].side == BOTH) {
             for &at in island {
                 let shown = &mut cells[at as usize].shown;
                 *shown = BOTH - *shown;
