@@ -22,6 +22,13 @@ export function start(name: ModuleName, module: WebAssembly.Module): Promise<voi
   return { core, many }[name].start(module);
 }
 
+/** Bytes of a module's memory on this thread, which never shrinks. */
+export function memoryOf(name: ModuleName): number {
+  return name === "many"
+    ? many.call((raw) => raw.peakMemory())
+    : core.call((raw) => raw.peakMemory());
+}
+
 /** Runs a call on a module, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
 export function run(
   call: Call,

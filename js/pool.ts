@@ -23,7 +23,12 @@ interface Task {
 interface Thread {
   port: Port;
   task: Task | undefined;
+  /** Bytes of its module's memory. */
+  memory: number;
 }
+
+/** Bytes of memory up to which a thread is kept for the next call: about what a stitch of 1 MP takes. */
+const MOST_KEPT = 2 ** 26;
 
 const waiting: Task[] = [];
 const threads: Thread[] = [];
@@ -48,22 +53,36 @@ export function perform(
   request: Request,
   onProgress: (progress: Progress) => void,
 ): Promise<Performed> {
+  // What is not a part of a call is performed alone: the memory of parts before it makes room, but for one that may go on.
+  if (!request.handBack) endLarge(1);
   return new Promise((resolve, reject) => {
     waiting.push({ request, onProgress, resolve, reject });
     assign();
   });
 }
 
-/** Lets threads be: in Node they do not keep the process alive. */
+/** Lets threads be: in Node they do not keep the process alive. Those with much memory, which does not shrink, end. */
 export function rest(): void {
+  endLarge(0);
   for (const { port } of threads) port.busy(false);
 }
 
 /** Ends all threads; calls that run or wait never settle. */
 export function stop(): void {
   waiting.length = 0;
+  for (const thread of [...threads]) end(thread);
+}
+
+/** Ends idle threads with much memory, except so many. */
+function endLarge(kept: number): void {
+  const large = threads.filter(({ task, memory }) => !task && memory > MOST_KEPT);
+  for (const thread of large.slice(kept)) end(thread);
+}
+
+function end(thread: Thread): void {
   // Forgotten first: in Deno a worker reports its end before `terminate` returns, and this is not the end of a call.
-  for (const { port } of threads.splice(0)) port.terminate();
+  threads.splice(threads.indexOf(thread), 1);
+  thread.port.terminate();
 }
 
 /** Gives calls that wait to threads that are free. */
@@ -100,7 +119,7 @@ function start(): Thread {
       );
     },
   );
-  const thread: Thread = { port, task: undefined };
+  const thread: Thread = { port, task: undefined, memory: 0 };
   threads.push(thread);
   return thread;
 }
@@ -118,8 +137,10 @@ function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
     return;
   }
   thread.task = undefined;
-  if ("result" in reply) task.resolve(reply);
-  else {
+  if ("result" in reply) {
+    thread.memory = reply.memory;
+    task.resolve(reply);
+  } else {
     const error = new StitchError(reply.error);
     // After anything else the memory of the core is in an undefined state, or full.
     if (["internal", "load-failed", "out-of-memory"].includes(error.code)) task.reject(error);

@@ -106,7 +106,7 @@ async function stitchFiles(
   const colours = await matchColours([files.target, files.reference], photos, 1);
   const { colourProfile } = colours;
   const [target = pair.target, reference = pair.reference] = colours.images;
-  const call = { onProgress: line.show, signal, workers };
+  const call = { onProgress: line.show, signal, workers, transfer: true };
   const result = await stitch(target, reference, {
     ...settings,
     ...call,

@@ -1,5 +1,5 @@
-import type { Call, Result } from "../calls.js";
-import { run, start, type ModuleName } from "../core.js";
+import type { Call, CallName, Result } from "../calls.js";
+import { memoryOf, run, start, type ModuleName } from "../core.js";
 import type { ErrorRecord } from "../errors.js";
 import { recordOf } from "../instance.js";
 import { buffersOf } from "../transfer.js";
@@ -14,11 +14,14 @@ export interface Request {
   handBack: boolean;
 }
 
-/** A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, then `result` or `error`. */
+/**
+ * A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, then `result`, with the bytes of
+ * memory that the module has taken, or `error`.
+ */
 export type Reply =
   | { ready: true }
   | { progress: Progress }
-  | { result: Result; args?: Call["args"] }
+  | { result: Result; memory: number; args?: Call["args"] }
   | { error: ErrorRecord; args?: Call["args"] };
 
 /** Handles one request. */
@@ -30,9 +33,21 @@ export async function serve(
   const send = (reply: Reply) => post(reply, [...buffersOf(reply)]);
   try {
     await start(name, module);
-    const result = run(call, name, (progress) => post({ progress }, []));
-    send({ result, ...back });
+    const result = run(call, name, (progress) => {
+      if (!handBack && progress.stage !== "input" && WHOLE.has(call.name)) release(call.args);
+      post({ progress }, []);
+    });
+    send({ result, memory: memoryOf(name), ...back });
   } catch (error) {
     send({ error: recordOf(error), ...back });
   }
+}
+
+/** Calls that have copied all of their arguments before they report any stage but the first. */
+const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
+
+/** Frees arguments that were transferred here, at once instead of when garbage is collected, as far as the engine can. */
+function release(args: Call["args"]): void {
+  for (const buffer of buffersOf(args) as Set<ArrayBuffer & { transfer?(bytes: number): unknown }>)
+    if (buffer.byteLength > 0) buffer.transfer?.(0);
 }

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { availableParallelism } from "node:os";
 import { test } from "node:test";
-import { align, stitch } from "depthstitch";
+import { align, detect, stitch } from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
 
 /** @typedef {import("depthstitch").ImageOutput} ImageOutput */
@@ -103,6 +103,16 @@ test("one worker where two would take too much memory", { skip }, async () => {
   const maxBytes = 1.9 * details.bytes;
   const few = await started(() => stitch(target, reference, { maxBytes, workers: 4 }));
   assert.equal(few.length, 1);
+});
+
+test("a worker is kept for the next call, unless its memory has grown large", async () => {
+  const blank = (/** @type {number} */ side) =>
+    detect(
+      { data: new Uint8Array(4 * side * side).fill(255), width: side, height: side },
+      { transfer: true, maxBytes: 2 ** 32 },
+    );
+  assert.equal((await started(async () => void [await blank(100), await blank(100)])).length, 1);
+  assert.equal((await started(async () => void [await blank(6000), await blank(100)])).length, 2);
 });
 
 test("an array passed as both photos", async () => {
