@@ -33,8 +33,6 @@ pub(super) struct Cell {
     pub cost: u16,
     /// Data cost of showing the target.
     pub data_cost: u16,
-    /// Number in the graph, counted from 1; 0 where there is nothing to decide.
-    node: u32,
 }
 
 /// A window of the canvas in cells of one size.
@@ -138,14 +136,14 @@ impl Level {
                 }
             }
         }
-        let count = self.number(coarser.is_none())?;
+        let (nodes, count) = self.number(coarser.is_none())?;
         let mut flow = Flow::new(count)?;
         let cost = |at: usize| {
             let (x, y) = ((at % self.width) >> scale, (at / self.width) >> scale);
             i32::from(self.cells[at].cost) + i32::from(borders.extra[y * borders.width + x])
         };
-        for (at, cell) in self.cells.iter().enumerate().filter(|(_, cell)| cell.node != 0) {
-            let (i, own) = (cell.node as usize - 1, cost(at));
+        for (at, (cell, &node)) in self.cells.iter().zip(&nodes).enumerate().filter(|(_, (_, node))| **node != 0) {
+            let (i, own) = (node as usize - 1, cost(at));
             flow.terminal_link(i, false, i32::from(cell.data_cost));
             for (k, (dx, dy)) in NEIGHBOURS.into_iter().enumerate() {
                 let x = (at % self.width).wrapping_add_signed(dx);
@@ -154,7 +152,7 @@ impl Level {
                     continue;
                 }
                 let other = y * self.width + x;
-                let Cell { side, shown, node, .. } = self.cells[other];
+                let (Cell { side, shown, .. }, node) = (self.cells[other], nodes[other]);
                 if node != 0 {
                     flow.neighbour_link(i, k, node as usize - 1, own + cost(other) + STEP);
                 } else if shown != NONE {
@@ -164,14 +162,15 @@ impl Level {
             }
         }
         flow.run();
-        for cell in self.cells.iter_mut().filter(|cell| cell.node != 0) {
-            cell.shown = if flow.reached(cell.node as usize - 1) { TARGET } else { REFERENCE };
+        for (cell, &node) in self.cells.iter_mut().zip(&nodes).filter(|(_, node)| **node != 0) {
+            cell.shown = if flow.reached(node as usize - 1) { TARGET } else { REFERENCE };
         }
         Ok(())
     }
 
-    /// Numbers the cells that are free to change sides, `all` or those near the present seam; how many there are.
-    fn number(&mut self, all: bool) -> Result<usize> {
+    /// Numbers the cells that are free to change sides, `all` or those near the present seam, from 1 on, the others 0; and how many
+    /// there are.
+    fn number(&self, all: bool) -> Result<(Vec<u32>, usize)> {
         let mut near: Vec<u8> = zeroed(self.cells.len())?;
         let mut at = 0;
         for row in self.cells.chunks(self.width) {
@@ -185,12 +184,14 @@ impl Level {
                 at += 1;
             }
         }
+        let mut nodes = zeroed(self.cells.len())?;
         let mut count = 0;
-        for (cell, &near) in self.cells.iter_mut().zip(&near) {
-            let free = cell.side == BOTH && (all || near != 0);
-            count += u32::from(free);
-            cell.node = if free { count } else { 0 };
+        for ((node, cell), &near) in nodes.iter_mut().zip(&self.cells).zip(&near) {
+            if cell.side == BOTH && (all || near != 0) {
+                count += 1;
+                *node = count;
+            }
         }
-        Ok(count as usize)
+        Ok((nodes, count as usize))
     }
 }
