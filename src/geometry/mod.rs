@@ -31,7 +31,7 @@ pub use homography::homography;
 pub use model::{Match, Model};
 pub(crate) use model::{check_views, epipolar_direction};
 pub use multi_view::{Camera, MultiViewKind};
-pub(crate) use multi_view::{Lens, MultiView, PairLink, Sight, multi_view, pair_focal};
+pub(crate) use multi_view::{Equations, Lens, MultiView, PairLink, Sight, multi_view, pair_focal};
 pub use plane::DepthSample;
 pub(crate) use plane::{dominant_plane, plane_depth, weighted_plane};
 

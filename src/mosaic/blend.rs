@@ -125,7 +125,7 @@ pub fn blend(
 
     // Colours, then the seam, then the transition across it.
     let reliability = seam::Reliability { reliable, confidence: warped.confidence.as_ref() };
-    let gains = compose(&mut image, &mut seam, &placed, &reliability, options, observer)?;
+    let gains = compose((&mut image, None), &mut seam, &placed, &reliability, options, observer)?;
 
     // Voids: within the footprint, but of neither photo.
     let mut voids = Vec::new();
@@ -153,16 +153,16 @@ fn add_holes(voids: &mut Mask, reference: &Placed<'_>, seam: &Mask) -> Result<()
 }
 
 /// Puts a photo onto what is there: matches its exposure, decides which shows where both are valid, which `seam` says before,
-/// and blends across that. Returns the gains.
+/// and blends across that. Returns the gains; those that are given are only refined locally.
 pub(super) fn compose(
-    image: &mut Image,
+    (image, gains): (&mut Image, Option<[f64; 3]>),
     seam: &mut Mask,
     base: &Placed<'_>,
     reliability: &seam::Reliability<'_>,
     options: &BlendOptions,
     observer: &mut dyn Observer,
 ) -> Result<[f64; 3]> {
-    let gains = exposure::adjust(image, base, options.exposure, &mut Portion::new(observer, 0.0, 0.25))?;
+    let gains = exposure::adjust(image, base, options.exposure, gains, &mut Portion::new(observer, 0.0, 0.25))?;
     if options.blending == Blending::Average {
         average(image, base);
         return Ok(gains);

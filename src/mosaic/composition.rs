@@ -128,7 +128,8 @@ impl Composition {
         (side(x, w, width), side(y, h, height))
     }
 
-    /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
+    /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible. Its light is
+    /// multiplied by the `gains`, if they are known, up to local differences.
     ///
     /// # Errors
     /// `size-mismatch` for a footprint of another size than the picture's, `out-of-memory`, `aborted`.
@@ -136,7 +137,7 @@ impl Composition {
         &mut self,
         warped: &Warped,
         at: [i64; 2],
-        label: u8,
+        (label, gains): (u8, Option<[f64; 3]>),
         options: &BlendOptions,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
@@ -162,7 +163,7 @@ impl Composition {
         let overlap = shown.data().iter().filter(|side| **side == 3).count();
         let reliability = seam::Reliability { reliable: None, confidence: confidence.as_ref() };
         let options = BlendOptions { bands, ..options.clone() };
-        let gains = compose(&mut image, &mut shown, &placed, &reliability, &options, observer)?;
+        let gains = compose((&mut image, gains), &mut shown, &placed, &reliability, &options, observer)?;
         self.paste(&image, &shown, window, label);
         self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));

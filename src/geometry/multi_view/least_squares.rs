@@ -31,7 +31,7 @@ pub(super) fn cauchy(error: Option<[f64; 2]>, noise: f64) -> (f64, f64) {
 /// A cost, its gradient, and its matrix of second derivatives, of which only the lower triangle is read. Unknowns of different
 /// units are damped in proportion to the diagonal (Marquardt).
 #[derive(Debug, Clone)]
-pub(super) struct Equations {
+pub(crate) struct Equations {
     pub cost: f64,
     pub gradient: DVector<f64>,
     pub matrix: DMatrix<f64>,

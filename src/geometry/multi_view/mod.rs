@@ -22,6 +22,7 @@ mod self_calibration;
 mod tracks;
 
 pub use choice::{MultiView, MultiViewKind, Sight, multi_view};
+pub(crate) use least_squares::Equations;
 pub use scene::Camera;
 pub(crate) use self_calibration::pair_focal;
 

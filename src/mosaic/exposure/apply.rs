@@ -1,16 +1,21 @@
 //! Multiplying light.
 
-use wide::{f32x4, i32x4};
+use wide::{CmpGt, f32x4, i32x4};
 
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
 use crate::observer::{Observer, report_row};
 use crate::{Image, Result, Stage};
 
-/// Multiplies the linear light of every pixel by the gain at its place.
+/// Where highlights are kept, what they are compressed from.
+const KNEE: f32 = 0.7;
+
+/// Multiplies the linear light of every pixel by the gain at its place. To keep highlights, what is brightened beyond the knee is
+/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4).
 pub(super) fn apply(
     image: &mut Image,
     response: &Response,
+    keep_highlights: bool,
     linear: &[f32; 256],
     observer: &mut dyn Observer,
 ) -> Result<()> {
@@ -24,6 +29,7 @@ pub(super) fn apply(
             *scaled = (bent * (STEPS - 1) as f64) as f32;
         }
     }
+    let white = f32x4::new([scaled[255][0], scaled[255][1], scaled[255][2], 0.0]);
     let (width, height) = image.size();
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
@@ -42,11 +48,27 @@ pub(super) fn apply(
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
                 let gain = gain + slope * f32x4::splat(x as f32);
                 let light = |c: usize| scaled[usize::from(pixel[c])][c];
-                let light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain + f32x4::splat(0.5);
+                let mut light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain;
+                if keep_highlights {
+                    light = compressed(light, white * gain);
+                }
+                let light = light + f32x4::splat(0.5);
                 let steps = light.fast_trunc_int().min(i32x4::splat(STEPS as i32 - 1)).to_array();
                 pixel.iter_mut().zip(&steps[..3]).for_each(|(own, &step)| *own = levels[step as usize]);
             }
         }
     }
     Ok(())
+}
+
+/// Light that is multiplied, in table steps, given what white becomes.
+#[inline]
+fn compressed(light: f32x4, white: f32x4) -> f32x4 {
+    let most = f32x4::splat((STEPS - 1) as f32);
+    let (one, knee, rest) = (f32x4::splat(1.0), f32x4::splat(KNEE) * most, f32x4::splat(1.0 - KNEE) * most);
+    let above = (light - knee) / rest;
+    // Slope 1 at the knee, 1 at white.
+    let end = (white - knee) / rest;
+    let bent = knee + rest * above * (one + above / (end * end)) / (one + above);
+    (light.cmp_gt(knee) & white.cmp_gt(most)).blend(bent, light)
 }

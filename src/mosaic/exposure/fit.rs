@@ -88,8 +88,14 @@ struct Observation {
 /// The gains that carry the target's light into the reference's; `None` when there is too little to go by.
 ///
 /// The logarithm of the ratio is a constant per channel and, with `vary`, a slope over the logarithm of light and a field with
-/// little bending; samples that do not fit (something moved, or is misaligned) lose their weight (Tukey's biweight).
-pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Result<Option<Response>> {
+/// little bending; samples that do not fit (something moved, or is misaligned) lose their weight (Tukey's biweight). The constants
+/// may be known, as `joint` gains.
+pub(super) fn fit(
+    samples: &[Sample],
+    size: (usize, usize),
+    vary: bool,
+    joint: Option<[f64; 3]>,
+) -> Result<Option<Response>> {
     if samples.len() < FEWEST {
         return Ok(None);
     }
@@ -106,7 +112,13 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
         }
         nodes.iter_mut().for_each(|node| node.local = 0.0);
         let common;
-        (common, curves[c]) = fit_channel(samples, &mut observations, &mut nodes, columns, vary)?;
+        (common, curves[c]) = fit_channel(
+            samples,
+            &mut observations,
+            (&mut nodes, columns),
+            vary,
+            joint.map(|gains| libm::log(gains[c])),
+        )?;
         // What the fit makes of the light of all samples: those that do not fit are light, too.
         let (mut before, mut after) = (f64::MIN_POSITIVE, 0.0);
         for (o, sample) in observations.iter().zip(samples) {
@@ -126,12 +138,15 @@ pub(super) fn fit(samples: &[Sample], size: (usize, usize), vary: bool) -> Resul
 fn fit_channel(
     samples: &[Sample],
     observations: &mut [Observation],
-    nodes: &mut [Node],
-    columns: usize,
+    (nodes, columns): (&mut [Node], usize),
     vary: bool,
+    known: Option<f64>,
 ) -> Result<(f64, Curve)> {
     let mut curve = Curve::default();
-    let mut common = median_of(observations, &|o| o.ratio)?;
+    let mut common = match known {
+        Some(known) => known,
+        None => median_of(observations, &|o| o.ratio)?,
+    };
     for _ in 0..ROUNDS {
         for o in &mut *observations {
             o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
@@ -148,7 +163,7 @@ fn fit_channel(
             o.weight = bell * bell * (r + 2.0 * g + b);
             (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
         }
-        common = ratios / total;
+        common = known.unwrap_or(ratios / total);
         if !vary {
             continue;
         }

@@ -26,11 +26,13 @@ pub(crate) fn gain_table(gains: [f64; 3]) -> Result<[[u8; 256]; 3]> {
     Ok(gains.map(|gain| std::array::from_fn(|level| gained(gain, level))))
 }
 
-/// Adjusts the target in `image`; what it was multiplied by on average over the overlap.
+/// Adjusts the target in `image`; what it was multiplied by on average over the overlap. With `joint` gains, those that all photos
+/// together ask for, only what is local differs from them, and no highlights are lost.
 pub(super) fn adjust(
     image: &mut Image,
     reference: &Placed<'_>,
     exposure: Exposure,
+    joint: Option<[f64; 3]>,
     observer: &mut dyn Observer,
 ) -> Result<[f64; 3]> {
     if exposure == Exposure::Off {
@@ -38,9 +40,9 @@ pub(super) fn adjust(
     }
     let linear = linear_light();
     let samples = samples::collect(image, reference, &linear, &mut Portion::new(observer, 0.0, 0.5))?;
-    let Some(response) = fit::fit(&samples, image.size(), exposure == Exposure::Field)? else {
+    let Some(response) = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)? else {
         return Ok([1.0; 3]);
     };
-    apply::apply(image, &response, &linear, &mut Portion::new(observer, 0.5, 1.0))?;
+    apply::apply(image, &response, joint.is_some(), &linear, &mut Portion::new(observer, 0.5, 1.0))?;
     Ok(response.gains)
 }

@@ -8,6 +8,7 @@
 mod align;
 mod carried;
 mod depth;
+mod exposure;
 mod given;
 mod graph;
 mod guided;
@@ -27,13 +28,14 @@ use super::Crops;
 use super::options::Options;
 use super::timer::StageTimer;
 use crate::features::Features;
-use crate::mosaic::{Added, Composition, FillGuide, FillMethod, crop, fill};
+use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, crop, fill};
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::report::Warning;
 use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
+use exposure::joint_gains;
 use memory::Budget;
 use visible::VisiblePhotos;
 
@@ -82,7 +84,11 @@ pub fn stitch_many_known(
     let mut alignment = align_timed(photos, features, options, observer, &mut timer)?;
     let (reference, order) = (alignment.reference, alignment.order.clone());
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
-    let label = |photo: usize| (photo + 1) as u8;
+    let gains = match stages.blend.exposure {
+        Exposure::Off => vec![None; photos.len()],
+        _ => joint_gains(photos, &alignment)?,
+    };
+    let label = |photo: usize| ((photo + 1) as u8, gains[photo]);
     let mut painting = Painting { alignment: &alignment, photos, options: stages, budget: &budget, composition: None };
     let mut clipped = false;
     let count = order.len() as f32;
@@ -191,14 +197,14 @@ impl Painting<'_> {
         &mut self,
         warped: Option<(Warped, [i64; 2])>,
         photo: usize,
-        label: u8,
+        label: (u8, Option<[f64; 3]>),
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
         let image = self.photos[photo].image;
         let Some(composition) = &mut self.composition else {
             let first = match warped {
-                Some((warped, _)) => Composition::of_warped(warped, image.size(), label)?,
-                None => Composition::of(image, self.alignment.depth(photo), label)?,
+                Some((warped, _)) => Composition::of_warped(warped, image.size(), label.0)?,
+                None => Composition::of(image, self.alignment.depth(photo), label.0)?,
             };
             let (left, top) = first.offset;
             let (width, height) = first.image.size();

@@ -1,0 +1,179 @@
+//! How much light each photo took, from all overlaps at once (after Brown & Lowe, *Automatic Panoramic Image Stitching using Invariant
+//! Features*, 2007, section 6).
+
+use super::align::ManyAlignment;
+use super::result::Photo;
+use crate::geometry::Equations;
+use crate::image::filled;
+use crate::rect::diagonal;
+use crate::srgb::linear_light;
+use crate::statistics::median;
+use crate::{ImageView, Result};
+
+/// Cells along the longer side of a photo.
+const CELLS: usize = 96;
+/// Pixels looked at, about, per side of a cell.
+const TAPS: usize = 6;
+/// Levels outside of which a pixel may be clipped, or too dark to tell.
+const USABLE: std::ops::RangeInclusive<u8> = 6..=249;
+/// Fewer cells that two photos share say nothing.
+const FEWEST: usize = 12;
+/// How far from itself, as a share of the diagonal, a place may land that is carried to another photo and back: otherwise something
+/// else is in front there.
+const RETURN: f64 = 0.01;
+/// Rounds of reweighting.
+const ROUNDS: usize = 20;
+/// An overlap that all others contradict by more than this, in logarithms of light, loses weight.
+const NOISE: f64 = 0.03;
+/// Pull towards what the camera recorded, in cells; and towards it for the reference, which stays as it is.
+const PRIOR: f64 = 0.1;
+const FIXED: f64 = 1e9;
+
+/// Mean linear light of the cells of a photo.
+struct Light {
+    /// Pixels along the side of a cell.
+    side: usize,
+    columns: usize,
+    /// Red, green, blue: NaN where pixels are not there, clipped or dark.
+    cells: Vec<[f32; 3]>,
+}
+
+/// What two photos say of each other.
+struct Overlap {
+    photos: [usize; 2],
+    /// Logarithm of the second's light over the first's, by channel.
+    ratio: [f64; 3],
+    /// Cells.
+    count: f64,
+}
+
+/// What the red, green and blue of each photo have to be multiplied by, in linear light, so that all agree best with each other; the
+/// reference's by 1. `None` for a photo that nothing ties to the reference.
+pub(super) fn joint_gains(photos: &[Photo<'_>], alignment: &ManyAlignment) -> Result<Vec<Option<[f64; 3]>>> {
+    let linear = linear_light();
+    let mut light: Vec<Option<Light>> = Vec::new();
+    for (i, photo) in photos.iter().enumerate() {
+        light.push(if alignment.order.contains(&i) { Some(Light::of(photo.image, &linear)?) } else { None });
+    }
+    let mut overlaps = Vec::new();
+    for (a, first) in light.iter().enumerate() {
+        for (b, second) in light.iter().enumerate().skip(a + 1) {
+            if let (Some(first), Some(second)) = (first, second) {
+                overlaps.extend(overlap([a, b], [first, second], photos, alignment));
+            }
+        }
+    }
+    Ok(solve(photos.len(), alignment.reference, &overlaps))
+}
+
+impl Light {
+    fn of(photo: ImageView<'_>, linear: &[f32; 256]) -> Result<Self> {
+        let (width, height) = photo.size();
+        let side = width.max(height).div_ceil(CELLS).max(2);
+        let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
+        let stride = (side / TAPS).max(1);
+        let mut cells = filled(columns * rows, [f32::NAN; 3])?;
+        for (i, cell) in cells.iter_mut().enumerate() {
+            let (left, top) = (i % columns * side, i / columns * side);
+            let (mut sum, mut count, mut all) = ([0.0; 3], 0.0f32, 0.0f32);
+            for y in (top..(top + side).min(height)).step_by(stride) {
+                for pixel in
+                    photo.pixels()[y * width + left..y * width + (left + side).min(width)].iter().step_by(stride)
+                {
+                    all += 1.0;
+                    if photo.is_there(*pixel) && pixel[..3].iter().all(|level| USABLE.contains(level)) {
+                        sum.iter_mut().zip(pixel).for_each(|(sum, level)| *sum += linear[usize::from(*level)]);
+                        count += 1.0;
+                    }
+                }
+            }
+            // The light of what is left of a clipped cell is not that of the cell.
+            if count == all {
+                *cell = sum.map(|sum| sum / count);
+            }
+        }
+        Ok(Self { side, columns, cells })
+    }
+
+    /// Bilinear; NaN outside.
+    fn sample(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let middle = |v: f64| ((v + 0.5) / self.side as f64 - 0.5).max(0.0);
+        let (x, y) = (middle(x), middle(y));
+        let (column, row) = (x as usize, y as usize);
+        let (u, v) = (x - column as f64, y - row as f64);
+        let at = |i: usize, j: usize, c: usize| {
+            let cell = if i < self.columns { self.cells.get(j * self.columns + i) } else { None };
+            cell.map_or(f64::NAN, |cell| f64::from(cell[c]))
+        };
+        [0, 1, 2].map(|c| {
+            let line = |j: usize| at(column, j, c) * (1.0 - u) + at(column + 1, j, c) * u;
+            line(row) * (1.0 - v) + line(row + 1) * v
+        })
+    }
+}
+
+/// Compares the cells of the first photo with what the second shows of the same places.
+fn overlap(
+    [a, b]: [usize; 2],
+    [first, second]: [&Light; 2],
+    photos: &[Photo<'_>],
+    alignment: &ManyAlignment,
+) -> Option<Overlap> {
+    let [there, back] = [[a, b], [b, a]].map(|pair| alignment.geometry.model(pair));
+    let (there, back) = (there?, back?);
+    let depth = |photo: usize, [x, y]: [f64; 2]| alignment.depth(photo).map_or(0.0, |map| map.sample(x, y));
+    let (width, height) = photos[b].image.size();
+    let most = RETURN * diagonal(photos[a].image.size());
+    let mut ratios = [const { Vec::new() }; 3];
+    for (i, own) in first.cells.iter().enumerate().filter(|(_, cell)| !cell[0].is_nan()) {
+        let middle = |at: usize| (at * first.side) as f64 + 0.5 * (first.side as f64 - 1.0);
+        let [x, y] = [middle(i % first.columns), middle(i / first.columns)];
+        let Some([u, v]) = there.project(x, y, depth(a, [x, y])) else { continue };
+        if !(u >= 0.0 && v >= 0.0 && u <= (width - 1) as f64 && v <= (height - 1) as f64) {
+            continue;
+        }
+        let Some([p, q]) = back.project(u, v, depth(b, [u, v])) else { continue };
+        let other = second.sample([u, v]);
+        if (p - x).abs().max((q - y).abs()) <= most && !other[0].is_nan() {
+            for (c, ratios) in ratios.iter_mut().enumerate() {
+                ratios.push(libm::log(other[c] / f64::from(own[c])));
+            }
+        }
+    }
+    let count = ratios[0].len();
+    let [red, green, blue] = ratios.map(median);
+    (count >= FEWEST).then_some(Overlap { photos: [a, b], ratio: [red?, green?, blue?], count: count as f64 })
+}
+
+/// The gains of least squares over all overlaps, reweighted so that one of something that moved counts little.
+fn solve(photos: usize, reference: usize, overlaps: &[Overlap]) -> Vec<Option<[f64; 3]>> {
+    let mut tied = vec![false; photos];
+    tied[reference] = true;
+    for _ in 0..photos {
+        for &Overlap { photos: [a, b], .. } in overlaps {
+            let either = tied[a] || tied[b];
+            (tied[a], tied[b]) = (either, either);
+        }
+    }
+    let mut gains = vec![[1.0; 3]; photos];
+    for c in 0..3 {
+        let mut own = vec![0.0; photos];
+        for _ in 0..ROUNDS {
+            let mut equations = Equations::zeros(photos);
+            for (photo, own) in own.iter().enumerate() {
+                let stay = if photo == reference { FIXED } else { PRIOR };
+                equations.add(photo, photo, stay);
+                equations.gradient[photo] += stay * own;
+            }
+            for &Overlap { photos: [a, b], ratio, count } in overlaps {
+                let error = own[b] - own[a] + ratio[c];
+                let weight = count / (1.0 + (error / NOISE) * (error / NOISE));
+                equations.add_residual(&[(a, [-1.0, 0.0]), (b, [1.0, 0.0])], [error, 0.0], weight);
+            }
+            let Some(step) = equations.solve() else { break };
+            own.iter_mut().zip(step.iter()).for_each(|(own, step)| *own += step);
+        }
+        gains.iter_mut().zip(own).for_each(|(gains, own)| gains[c] = libm::exp(own));
+    }
+    gains.into_iter().zip(tied).map(|(gains, tied)| tied.then_some(gains)).collect()
+}
