@@ -3,6 +3,7 @@ import { parseArgs, type ParseArgsConfig } from "node:util";
 
 import { systemCode } from "../cases/errors.js";
 import type { PairFiles } from "../cases/case.js";
+import type { DepthFormat } from "../cases/case-file.js";
 import type { CallOptions, Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";
 import { identity } from "./identity.js";
@@ -31,6 +32,10 @@ export interface StitchCommand extends CommonCommand {
 export interface StitchManyCommand extends CommonCommand {
   readonly kind: "stitch-many";
   readonly photos: readonly string[];
+  /** The depth map of each photo, or null; null without any. */
+  readonly depth: (DepthFormat & { readonly files: readonly (string | null)[] }) | null;
+  /** The file with the cameras of all photos. */
+  readonly cameras: string | undefined;
   /** Which of them all are shown from the view of; undefined: the one in the middle. */
   readonly reference: number | undefined;
 }
@@ -65,11 +70,13 @@ const FLAGS = {
   case: { type: "string" },
   "target-depth": { type: "string" },
   "reference-depth": { type: "string" },
+  depth: { type: "string", multiple: true },
   "depth-kind": { type: "string" },
   "depth-scale": { type: "string" },
   invalid: { type: "string" },
   matches: { type: "string", short: "m" },
   "own-matches": { type: "boolean" },
+  cameras: { type: "string" },
   reference: { type: "string" },
   output: { type: "string", short: "o" },
   warped: { type: "string" },
@@ -94,8 +101,12 @@ const INPUT_FLAGS = [
   "matches",
 ] as const;
 
-/** Flags that only two photos have. */
-const PAIR_FLAGS = [...INPUT_FLAGS, "own-matches", "warped"] as const;
+/** Flags that only two photos have, and that only more have. */
+const PAIR_FLAGS = ["target-depth", "reference-depth", "matches", "own-matches", "warped"] as const;
+const MANY_FLAGS = ["reference", "depth", "cameras"] as const;
+
+/** Stands for a photo without a depth map. */
+const NO_DEPTH = "none";
 
 /**
  * Parses a command line (without `node` and the script).
@@ -133,12 +144,14 @@ export function parseCommand(args: readonly string[]): Command {
     quiet: flags.quiet ?? false,
   };
   if (positionals.length > 2 && flags.case === undefined) {
-    checkPaths(outputs, positionals);
-    const reference = parseReference(flags, positionals);
-    return { kind: "stitch-many", photos: positionals, reference, ...common };
+    const given = parseMany(flags, positionals);
+    checkPaths(outputs, manyInputPaths(given));
+    return { kind: "stitch-many", ...given, ...common };
   }
   if (flags.reference !== undefined)
     throw new UsageError("--reference needs three photos or more; of two, the second one is it");
+  const many = MANY_FLAGS.find((flag) => flags[flag] !== undefined);
+  if (many) throw new UsageError(`--${many} needs three photos or more`);
   const input = parseInput(flags, positionals);
   checkPaths(outputs, "case" in input ? [] : inputPaths(input));
   return { kind: "stitch", input, ownMatches: flags["own-matches"] ?? false, ...common };
@@ -149,11 +162,28 @@ function parseWorkers(text = "auto"): CommonCommand["workers"] {
   return word === "auto" ? word : (Number(word) as 1 | 2 | 4);
 }
 
-/** The index of the photo that --reference names. */
-function parseReference(flags: Flags, photos: readonly string[]): number | undefined {
+type ManyFiles = Pick<StitchManyCommand, "photos" | "depth" | "cameras" | "reference">;
+
+function parseMany(flags: Flags, photos: readonly string[]): ManyFiles {
   const extra = PAIR_FLAGS.find((flag) => flags[flag] !== undefined);
   if (extra) throw new UsageError(`--${extra} is for two photos, got ${photos.length}`);
-  const { reference } = flags;
+  const { depth, cameras } = flags;
+  if (depth && depth.length !== photos.length)
+    throw new UsageError(
+      `--depth must be given once for each of the ${photos.length} photos ("${NO_DEPTH}" for one without a map), got ${depth.length}`,
+    );
+  const files = depth?.map((path) => (path === NO_DEPTH ? null : path));
+  const format = parseFormat(flags, files && "--depth", "--depth");
+  return {
+    photos,
+    depth: files && format ? { ...format, files } : null,
+    cameras,
+    reference: parseReference(flags, photos),
+  };
+}
+
+/** The index of the photo that --reference names. */
+function parseReference({ reference }: Flags, photos: readonly string[]): number | undefined {
   if (reference === undefined) return undefined;
   const index = photos.findIndex((photo) => resolve(photo) === resolve(reference));
   if (index < 0) throw new UsageError(`--reference must be one of the photos, got ${reference}`);
@@ -178,6 +208,11 @@ export function inputPaths({ target, reference, matches, depth }: PairFiles): st
   );
 }
 
+/** All files that are read of three photos or more. */
+export function manyInputPaths({ photos, depth, cameras }: ManyFiles): string[] {
+  return [...photos, ...(depth?.files ?? []), cameras].filter((path) => typeof path === "string");
+}
+
 /** All files that are written. */
 export function outputPaths({ mosaic, warped, voidMask, report }: Outputs): string[] {
   return [mosaic, warped, voidMask, report].filter((path) => path !== undefined);
@@ -186,7 +221,9 @@ export function outputPaths({ mosaic, warped, voidMask, report }: Outputs): stri
 type Flags = {
   readonly [F in keyof typeof FLAGS]?: (typeof FLAGS)[F]["type"] extends "boolean"
     ? boolean
-    : string;
+    : (typeof FLAGS)[F] extends { readonly multiple: true }
+      ? string[]
+      : string;
 };
 
 function parse(args: readonly string[], settingFlags: Record<string, { type: "string" }>) {
@@ -237,11 +274,17 @@ function parseInput(flags: Flags, positionals: readonly string[]): StitchCommand
 
 function parseDepth(flags: Flags): PairFiles["depth"] {
   const { "target-depth": target, "reference-depth": reference } = flags;
-  if (target === undefined && reference === undefined) {
+  const format = parseFormat(flags, target ?? reference, "--target-depth or --reference-depth");
+  return format && { target: target ?? null, reference: reference ?? null, ...format };
+}
+
+/** The format of depth maps; null without any, which are those that `needed` names. */
+function parseFormat(flags: Flags, maps: string | undefined, needed: string): DepthFormat | null {
+  if (maps === undefined) {
     const extra = (["depth-kind", "depth-scale", "invalid"] as const).find(
       (flag) => flags[flag] !== undefined,
     );
-    if (extra) throw new UsageError(`--${extra} needs --target-depth or --reference-depth`);
+    if (extra) throw new UsageError(`--${extra} needs ${needed}`);
     return null;
   }
   const kind = labelled("depth-kind", () =>
@@ -250,7 +293,7 @@ function parseDepth(flags: Flags): PairFiles["depth"] {
   const scale = number("depth-scale", flags["depth-scale"] ?? "1");
   if (scale <= 0) throw new UsageError(`--depth-scale must be above 0, got ${scale}`);
   const invalid = flags.invalid === undefined ? null : number("invalid", flags.invalid);
-  return { target: target ?? null, reference: reference ?? null, kind, scale, invalid };
+  return { kind, scale, invalid };
 }
 
 function parseOutputs(flags: Flags): Outputs {

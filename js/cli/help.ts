@@ -21,6 +21,14 @@ const INPUT: readonly Row[] = [
   ["--target-depth FILE", "depth map of the target"],
   ["--reference-depth FILE", "depth map of the reference; a missing one is derived from the other"],
   [
+    "--depth FILE",
+    "of three photos or more, a depth map: once for each photo, in their order, and none for one without",
+  ],
+  [
+    "--cameras FILE",
+    "of three photos or more, JSON with the camera and focal length of each, as --report writes it",
+  ],
+  [
     "--depth-kind KIND",
     "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric (distance) [inverse]",
   ],

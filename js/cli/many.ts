@@ -1,4 +1,4 @@
-import { loadPhoto } from "../cases/case.js";
+import { loadDepth, loadPhoto } from "../cases/case.js";
 import { inTurn } from "../cases/in-turn.js";
 import { encodeGrayPng } from "../codecs.js";
 import {
@@ -10,25 +10,33 @@ import {
   type Size,
   type StitchManyResult,
 } from "../index.js";
-import type { Outputs, StitchManyCommand } from "./arguments.js";
+import { manyInputPaths, type Outputs, type StitchManyCommand } from "./arguments.js";
 import { matchColours } from "./colours.js";
 import { encodeImage, jsonBytes } from "./encode.js";
+import { loadCameras } from "./given.js";
 import type { Produced } from "./produced.js";
 import { readingOf, type ProgressLine } from "./progress.js";
 
 /** Reads, stitches and encodes three photos or more. */
 export async function stitchManyFiles(
-  { photos, reference, settings, outputs, quality, crop: part, workers }: StitchManyCommand,
+  command: StitchManyCommand,
   line: ProgressLine,
   signal: AbortSignal,
 ): Promise<Produced> {
-  const read = inTurn({ signal, onFile: readingOf(photos, line) });
+  const { photos, depth, cameras, reference, settings, outputs, quality, crop: part } = command;
+  const read = inTurn({ signal, onFile: readingOf(manyInputPaths(command), line) });
+  const known = cameras ? await read(cameras, (path) => loadCameras(path, photos)) : [];
   // Without a reference the colours are those of the first photo, as it is chosen later.
   const decoded = await Promise.all(photos.map((path) => read(path, loadPhoto)));
   const colours = await matchColours(photos, decoded, reference ?? 0);
-  const { images } = colours;
+  const maps = depth?.files.map((path) => path && read(path, () => loadDepth(path, depth)));
+  const depths = await Promise.all(maps ?? []);
+  const images = colours.images.map((image, i) => {
+    const map = depths[i];
+    return { ...image, ...known[i], ...(map && { depth: map }) };
+  });
   const sizes = images.map(({ width, height }) => ({ width, height }));
-  const call = { onProgress: line.show, signal, workers };
+  const call = { onProgress: line.show, signal, workers: command.workers };
   // The photos are not needed any more here.
   const result = await stitchMany(images, { ...settings, reference, ...call, transfer: true });
   line.message("writing");

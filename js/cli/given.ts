@@ -1,0 +1,63 @@
+import { basename } from "node:path";
+
+import { FileError } from "../cases/errors.js";
+import { readText } from "../cases/files.js";
+import type { PhotoInput } from "../index.js";
+
+/** The camera of one photo, as `stitchMany` takes it. */
+export type GivenCamera = Required<Pick<PhotoInput, "camera" | "focalLength">>;
+
+type Fields = Readonly<Record<string, unknown>>;
+
+/**
+ * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "focalLength", "camera": { "rotation", "translation" } }] }`, as
+ * `--report` writes it; the rest is ignored, and "file" may be missing.
+ *
+ * @throws {FileError} `invalid-case`.
+ */
+export async function loadCameras(
+  path: string,
+  photos: readonly string[],
+): Promise<readonly GivenCamera[]> {
+  const fail = (reason: string): never => {
+    throw new FileError("invalid-case", path, reason);
+  };
+  const text = await readText(path);
+  const parse = (): unknown => {
+    try {
+      return JSON.parse(text);
+    } catch (cause) {
+      throw new FileError("invalid-case", path, "is not valid JSON", { cause });
+    }
+  };
+  const root = parse();
+  const list = isFields(root) ? root.photos : undefined;
+  if (!Array.isArray(list) || list.length !== photos.length)
+    return fail(`"photos" must be a list of ${photos.length}, one for each photo`);
+  return photos.map((photo, i) => {
+    const name = `"photos[${i}]"`;
+    const entry: unknown = list[i];
+    if (!isFields(entry)) return fail(`${name} must be an object`);
+    const { file, focalLength, camera } = entry;
+    // In another order all cameras would be wrong.
+    if (typeof file === "string" && basename(file) !== basename(photo))
+      return fail(`${name} is of ${file}, the photo at this place is ${photo}`);
+    if (!isFields(camera)) return fail(`${name} has no camera`);
+    const numbers = (key: string, count: number): Float64Array<ArrayBuffer> => {
+      const value = camera[key];
+      const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
+      if (flat.length !== count || !flat.every((v) => typeof v === "number"))
+        return fail(`${name}: "${key}" must be ${count} numbers`);
+      return Float64Array.from(flat as number[]);
+    };
+    if (typeof focalLength !== "number") return fail(`${name}: "focalLength" must be a number`);
+    return {
+      focalLength,
+      camera: { rotation: numbers("rotation", 9), translation: numbers("translation", 3) },
+    };
+  });
+}
+
+function isFields(value: unknown): value is Fields {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
