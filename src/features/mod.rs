@@ -23,7 +23,7 @@ pub use detect::detect;
 pub(crate) use detect::reduced;
 pub use guided::{MatchGuide, match_guided};
 pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};
-pub(crate) use luma::{Luma, visible_luma};
+pub(crate) use luma::{Luma, luma, visible_luma};
 pub use matching::{match_features, matches_of};
 pub(crate) use tracking::align_patch;
 pub use tracking::track;

@@ -3,6 +3,7 @@
 
 use super::carried::carried;
 use super::given::given_depth;
+use super::planes::{Views, plane_depth_of};
 use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
@@ -32,6 +33,9 @@ const FEWEST: usize = 20;
 const MOST_BENDING: f64 = 1.3;
 /// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
 const RELIEF: f64 = 0.7;
+
+/// Points of a photo and inverse depth there.
+type Places = Vec<([f64; 2], f64)>;
 
 /// The depth of one photo.
 #[derive(Debug, Clone)]
@@ -101,17 +105,20 @@ pub(super) fn depths(
             }
             done += 1.0;
         }
+        // Only what stereo found says where planes are.
+        let compared = if round > 0 && !poor.is_empty() { Some(Views::of(photos, used)?) } else { None };
         for &photo in &poor {
             observer.subject(Subject::Photo(photo));
             let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
             if let (Some(own), Some(other)) = (&mut depths[photo], best(photo)) {
                 let others = [other, reference];
                 // Where a photo knows most itself, the rest is what it sees past an edge: a surface would bend there.
-                let carried = match round {
-                    0 => Vec::new(),
-                    _ => carried(photo, &known, photos[photo].size(), geometry),
+                let found = match &compared {
+                    Some(views) => beyond(photo, other, photos, views, &known, geometry)?,
+                    None => (None, Vec::new()),
                 };
-                complete(own, (known[photo].as_ref(), carried), photo, others, photos, geometry, &mut portion)?;
+                let found = (found.0.as_ref().or(known[photo].as_ref()), found.1);
+                complete(own, found, photo, others, photos, geometry, &mut portion)?;
             }
             done += 1.0;
         }
@@ -119,11 +126,33 @@ pub(super) fn depths(
     Ok(depths)
 }
 
+/// What is known of a photo but for what is on planes, where nothing is textured; and what the planes and other photos say of the rest.
+fn beyond(
+    photo: usize,
+    other: usize,
+    photos: &[ImageView<'_>],
+    views: &Views,
+    known: &[Option<InverseDepth>],
+    geometry: &MultiView,
+) -> Result<(Option<InverseDepth>, Places)> {
+    let mut samples = carried(photo, known, photos[photo].size(), geometry);
+    let Some(planes) = plane_depth_of([photo, other], photos, views, known, geometry)? else {
+        return Ok((None, samples));
+    };
+    samples.retain(|(point, _)| !planes.covers(*point));
+    let own = known[photo].as_ref().map(|map| {
+        let width = map.width();
+        map.map_indexed(|i, d| if planes.covers([i % width, i / width].map(|v| v as f64)) { f32::NAN } else { d })
+    });
+    samples.extend(planes.samples);
+    Ok((own.transpose()?, samples))
+}
+
 /// Replaces a photo's map by a surface through what is `known` and what is `carried` over, or through the map itself. `others` are its
 /// best neighbour and the reference.
 fn complete(
     own: &mut PhotoDepth,
-    (known, carried): (Option<&InverseDepth>, Vec<([f64; 2], f64)>),
+    (known, carried): (Option<&InverseDepth>, Places),
     photo: usize,
     others: [usize; 2],
     photos: &[ImageView<'_>],
