@@ -167,13 +167,13 @@ pub(super) fn compose(
         average(image, base);
         return Ok(gains);
     }
-    match options.seam {
-        Seam::Off => seam::middle(image, base, seam)?,
-        Seam::Cut => seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.6))?,
-        Seam::Aligned => {
-            seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.5))?;
-            alignment::align(image, base, seam, &mut Portion::new(observer, 0.5, 0.6))?;
-        }
+    if options.seam == Seam::Off {
+        seam::middle(image, base, seam)?;
+    } else {
+        seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.55))?;
+    }
+    if options.seam == Seam::Aligned {
+        alignment::align(image, base, seam, &mut Portion::new(observer, 0.55, 0.6))?;
     }
     let observer = &mut Portion::new(observer, 0.6, 1.0);
     match options.blending {

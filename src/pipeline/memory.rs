@@ -6,7 +6,7 @@
 
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
-use crate::mosaic::{Blending, FillMethod};
+use crate::mosaic::{Blending, FillMethod, Seam};
 use crate::warp::{Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
 
@@ -86,6 +86,9 @@ const OUTLINE: u64 = MASK + 2 * 2;
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
 const BANDS: f64 = 32.0 / 3.0;
+/// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam, and how many there are on a photo.
+const ALIGNMENT: u64 = 20;
+const ALIGNMENT_NODES: u64 = 350 * 350 / 2;
 /// Smooth filling numbers the pixels of its window.
 const SMOOTH_FILL: u64 = 5;
 /// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas, and half of that where smooth
@@ -269,7 +272,14 @@ impl<'a> Memory<'a> {
             Blending::Multiband => (BANDS * self.photos()[1].min(canvas) as f64) as u64,
             _ => 0,
         };
-        let own = canvas.saturating_mul(RGBA + MASK).saturating_add(bands.max(canvas * MASK));
+        let aligned = match self.options.blend.seam {
+            Seam::Aligned => {
+                let nodes = canvas.min(canvas.saturating_mul(ALIGNMENT_NODES) / self.photos()[1].max(1));
+                canvas.saturating_mul(RGBA).max(nodes.saturating_mul(ALIGNMENT))
+            }
+            _ => 0,
+        };
+        let own = canvas.saturating_mul(RGBA + MASK).saturating_add(bands.max(canvas * MASK).max(aligned));
         self.warped(canvas).saturating_add(own)
     }
 

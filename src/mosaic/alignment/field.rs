@@ -102,7 +102,7 @@ impl Field {
             return free;
         }
         let outlier = apart / OUTLIER;
-        let weight = libm::expf(-near * near) / (1.0 + outlier * outlier);
+        let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
         let constant = weight * (gx * u + gy * v - apart);
         Equation {
             node,
