@@ -87,7 +87,7 @@ mod native {
             });
         }
 
-        let warped = warp(target, reference, forward, reverse, &options.warp, &mut ()).expect("it overlaps");
+        let mut warped = warp(target, reference, forward, reverse, &options.warp, &mut ()).expect("it overlaps");
         group.bench_function("measure", |b| {
             b.iter(|| quality(black_box(&warped), reference.image, [1.0; 3]).expect("it overlaps"))
         });

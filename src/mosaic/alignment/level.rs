@@ -56,7 +56,7 @@ impl Level {
         }
         let meets = |at: usize| {
             let next = |beyond: usize| labels.get(at + beyond).is_some_and(|label| labels[at] ^ label == 3);
-            ((at + 1) % width != 0 && next(1)) || next(width)
+            (!(at + 1).is_multiple_of(width) && next(1)) || next(width)
         };
         let scale = 1.0 / (f64::from(STRAIGHT) * length) as f32;
         let steps = distance(width * height, width, &meets)?;
