@@ -57,7 +57,7 @@ test("the core accepts the ends of every range and nothing beyond", async () => 
 
 test("the message of a wrong value quotes it", async () => {
   for (const [options, message] of /** @type {const} */ ([
-    [{ seam: "zigzag" }, /seam must be 'cut' or 'none', got "zigzag"/],
+    [{ seam: "zigzag" }, /seam must be 'aligned', 'cut' or 'none', got "zigzag"/],
     [{ seam: 3 }, /seam must be .*, got 3/],
     [{ maxTrials: "many" }, /maxTrials must be an integer from 1 to 1000000, got "many"/],
     [{ confidence: NaN }, /confidence must be .*, got NaN/],
