@@ -8,21 +8,11 @@ use depthstitch::Image;
 use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
 use pictures::pixels;
-use scene::{Camera, MatchOptions, Pair, Photos, Scene};
+use scene::{Camera, MatchOptions, Pair, Photos, Scene, level, linear};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
 const SIZE: (usize, usize) = (240, 160);
-
-fn linear(level: u8) -> f64 {
-    let v = f64::from(level) / 255.0;
-    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
-}
-
-fn level(light: f64) -> u8 {
-    let v = if light <= 0.0031308 { 12.92 * light } else { 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055 };
-    (255.0 * v.clamp(0.0, 1.0)).round() as u8
-}
 
 /// How a camera takes pictures: light is multiplied, bent, and falls off towards the corners.
 #[derive(Debug, Clone, Copy)]

@@ -6,21 +6,11 @@ mod scene;
 use depthstitch::ImageView;
 use depthstitch::pipeline::many::{ManyOptions, Photo, StitchedMany, stitch_many};
 use nalgebra::Vector3;
-use scene::{Pose, Views};
+use scene::{Pose, Views, level, linear};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
 const SIZE: (usize, usize) = (320, 240);
-
-fn linear(level: u8) -> f64 {
-    let v = f64::from(level) / 255.0;
-    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
-}
-
-fn level(light: f64) -> u8 {
-    let v = if light <= 0.0031308 { 12.92 * light } else { 1.055 * libm::pow(light, 1.0 / 2.4) - 0.055 };
-    (255.0 * v.clamp(0.0, 1.0)).round() as u8
-}
 
 /// Multiplies the light of a photo, which falls off towards the corners by a share.
 fn take(rgba: &mut [u8], gain: f64, falloff: f64) {

@@ -33,7 +33,7 @@ pub(crate) use model::{check_views, epipolar_direction};
 pub use multi_view::{Camera, MultiViewKind};
 pub(crate) use multi_view::{Equations, Lens, MultiView, PairLink, Sight, multi_view, pair_focal};
 pub use plane::DepthSample;
-pub(crate) use plane::{dominant_plane, plane_depth, weighted_plane};
+pub(crate) use plane::{dominant_plane, plane_depth, tile_planes, weighted_plane};
 
 use crate::InverseDepth;
 use crate::report::Warning;

@@ -41,6 +41,23 @@ pub(crate) fn dominant_plane(points: &[DepthSample], unit: f64) -> Option<[f64; 
     Some(plane)
 }
 
+/// The dominant planes of the parts of a photo of this size, divided into so many `tiles` a side, each number in turn; none of a tile with
+/// fewer points than `fewest`.
+pub(crate) fn tile_planes(
+    points: &[DepthSample],
+    (w, h): (usize, usize),
+    tiles: &[usize],
+    fewest: usize,
+) -> impl Iterator<Item = [f64; 3]> {
+    let all = tiles.iter().flat_map(|&count| (0..count * count).map(move |tile| (count, tile)));
+    all.filter_map(move |(count, tile)| {
+        let at = |p: f64, side: usize| ((p * count as f64 / side as f64) as usize).min(count - 1);
+        let within = |s: &&DepthSample| at(s.point[0], w) + count * at(s.point[1], h) == tile;
+        let part: Vec<DepthSample> = points.iter().filter(within).copied().collect();
+        if part.len() < fewest { None } else { dominant_plane(&part, 1.0) }
+    })
+}
+
 /// a, b, c of depth = ax + by + c with the least weighted sum of squared differences of depth. `None` if the points lie on one
 /// line.
 pub(crate) fn weighted_plane<'a>(points: impl Iterator<Item = (&'a DepthSample, f64)>) -> Option<[f64; 3]> {

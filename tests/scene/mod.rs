@@ -6,6 +6,7 @@
 
 mod camera;
 mod gallery;
+mod light;
 mod measure;
 mod noise;
 mod pair;
@@ -18,6 +19,7 @@ mod views;
 
 pub use camera::{Camera, Pose};
 pub use gallery::gallery;
+pub use light::{level, linear};
 pub use measure::{distance, map_error, median};
 pub use noise::Random;
 pub use pair::{MatchOptions, Pair, SampledMatches};

@@ -4,7 +4,7 @@
 //! rest as a person expects it is not said by its size alone: seen as part of the ground, a house leans.
 
 use super::OtherView;
-use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth, weighted_plane};
+use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth, tile_planes, weighted_plane};
 use crate::rect::diagonal;
 
 /// Samples that are looked at. Tuned on the evaluation cases: flat between 1500 and 3000.
@@ -35,22 +35,14 @@ pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &
     let weights = near_outside(&samples, size, dominant, other);
     let tolerance = TOLERANCE * diagonal(other.size);
     let mut best = (dominant, f64::NEG_INFINITY);
-    for count in TILES {
-        for tile in 0..count * count {
-            let within = |s: &&DepthSample| {
-                let at = |p: f64, side: usize| ((p * count as f64 / side as f64) as usize).min(count - 1);
-                at(s.point[0], size.0) + count * at(s.point[1], size.1) == tile
-            };
-            let part: Vec<DepthSample> = samples.iter().filter(within).copied().collect();
-            let Some(mut plane) = dominant_plane(&part, 1.0) else { continue };
-            for _ in 0..REFITS {
-                let Some(better) = refit(&samples, &weights, plane, tolerance) else { break };
-                plane = better;
-            }
-            let score = score(&samples, &weights, plane, tolerance, (size, other));
-            if score > best.1 {
-                best = (plane, score);
-            }
+    for mut plane in tile_planes(&samples, size, &TILES, 0) {
+        for _ in 0..REFITS {
+            let Some(better) = refit(&samples, &weights, plane, tolerance) else { break };
+            plane = better;
+        }
+        let score = score(&samples, &weights, plane, tolerance, (size, other));
+        if score > best.1 {
+            best = (plane, score);
         }
     }
     Some(best.0)

@@ -107,8 +107,9 @@ fn refine_inliers(points: &Points, found: &Fundamental, scales: &Scales) -> Opti
     let robust = |start: &Fundamental, supports: &[f64]| {
         supports.iter().fold(*start, |f, support| refine_robustly(points, &f, *support, FINE))
     };
-    let strict = robust(found, &[4.0 * wide, 2.0 * wide, wide]);
-    let lenient = anneal(&FundamentalEstimator, points, found, [4.0 * wide, 2.0 * wide, wide], ITERATIONS, COARSE);
+    let narrowing = [4.0 * wide, 2.0 * wide, wide];
+    let strict = robust(found, &narrowing);
+    let lenient = anneal(&FundamentalEstimator, points, found, narrowing, ITERATIONS, COARSE);
     let [near, far] = [&strict, &lenient].map(|f| inlier_errors(points, f, wide));
     let distorted = far.len() > near.len() + SAMPLE * 3 / 2;
     let (start, errors) = if distorted { (lenient, far) } else { (strict, near) };

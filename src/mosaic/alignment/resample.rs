@@ -64,10 +64,6 @@ impl Source<'_> {
             return None;
         }
         let (u, v) = (x - i as f32, y - j as f32);
-        let near = |i: usize, j: usize| self.pixels[j * self.width + i];
-        if [near(i, j), near(i + 1, j), near(i, j + 1), near(i + 1, j + 1)].iter().any(|pixel| pixel[3] == 0) {
-            return None;
-        }
         let inner = i > 0 && j > 0 && i + 2 < self.width && j + 2 < self.height;
         let cubic = if inner { self.weighted([i - 1, j - 1], cubic(u), cubic(v)) } else { None };
         cubic.or_else(|| self.weighted([i, j], [1.0 - u, u], [1.0 - v, v]))

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use super::labelling::Labelling;
 use crate::depth::{sample_grid, sample_step};
 use crate::features::{Luma, luma};
-use crate::geometry::{DepthSample, Model, MultiView, dominant_plane, plane_depth, weighted_plane};
+use crate::geometry::{DepthSample, Model, MultiView, plane_depth, tile_planes, weighted_plane};
 use crate::image::{filled, reserve};
 use crate::rect::diagonal;
 use crate::statistics::median;
@@ -209,25 +209,16 @@ fn find(samples: Vec<DepthSample>, size: (usize, usize), tolerance: f64) -> Vec<
     let mut planes = Vec::new();
     while planes.len() < PLANES && rest.len() >= least {
         let mut best: Option<([f64; 3], usize)> = None;
-        for count in TILES {
-            for tile in 0..count * count {
-                let at = |p: f64, side: usize| ((p * count as f64 / side as f64) as usize).min(count - 1);
-                let within = |s: &&DepthSample| at(s.point[0], size.0) + count * at(s.point[1], size.1) == tile;
-                let part: Vec<DepthSample> = rest.iter().filter(within).copied().collect();
-                if part.len() < FEWEST {
-                    continue;
-                }
-                let Some(mut plane) = dominant_plane(&part, 1.0) else { continue };
-                for round in 0..REFITS {
-                    let reach = if round < COARSE { 2.0 * tolerance } else { tolerance };
-                    let near = rest.iter().filter(|s| s.distance(plane) < reach);
-                    let Some(better) = weighted_plane(near.map(|s| (s, s.parallax * s.parallax))) else { break };
-                    plane = better;
-                }
-                let members = rest.iter().filter(|s| s.distance(plane) < tolerance).count();
-                if best.is_none_or(|(_, most)| members > most) {
-                    best = Some((plane, members));
-                }
+        for mut plane in tile_planes(&rest, size, &TILES, FEWEST) {
+            for round in 0..REFITS {
+                let reach = if round < COARSE { 2.0 * tolerance } else { tolerance };
+                let near = rest.iter().filter(|s| s.distance(plane) < reach);
+                let Some(better) = weighted_plane(near.map(|s| (s, s.parallax * s.parallax))) else { break };
+                plane = better;
+            }
+            let members = rest.iter().filter(|s| s.distance(plane) < tolerance).count();
+            if best.is_none_or(|(_, most)| members > most) {
+                best = Some((plane, members));
             }
         }
         let Some((plane, _)) = best.filter(|(_, members)| *members >= least) else { break };
