@@ -300,9 +300,10 @@ export const OPTIONS = {
     type: "choice",
     choices: { auto: "Automatic", plane: "Plane", cylinder: "Cylinder", sphere: "Sphere" },
     default: "auto",
+    paper: "plane",
     label: "Projection",
     description:
-      "What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is the plane for two images, and whatever suits the field of view for more.",
+      "What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is whatever suits the field of view: for two images the plane, unless it would stretch the target very much.",
   },
 
   exposure: {

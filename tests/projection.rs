@@ -106,6 +106,24 @@ fn pixels_are_where_their_rays_belong() {
     }
 }
 
+/// The plane is left where it would stretch the target very much, and only there.
+#[test]
+fn wide_pairs_are_not_shown_on_the_plane() {
+    let mut scene = scene::gallery();
+    scene.target.yaw = -0.65;
+    let pair = scene.render(SIZE.0, SIZE.1);
+    let photos = Photos::of(&pair, &EXACT);
+    let focal = Some(pair.reference.camera.k[(0, 0)]);
+    let [found, plane] = [None, Some(Projection::Plane)].map(|projection| stitched(&photos, projection, focal));
+    assert_eq!(found.projection, Projection::Cylinder);
+    let [width, on_plane] = [&found, &plane].map(|stitched| stitched.mosaic.image.width());
+    assert!(width * 3 < on_plane * 2, "{width} instead of {on_plane} px");
+    let (here, count) = differing(&pair, &photos, &found, 0);
+    let (there, _) = differing(&pair, &photos, &found, 8);
+    assert!(count > 3000, "{count} pixels");
+    assert!(here < 0.5 * there, "colours differ by {here} levels, elsewhere by {there}");
+}
+
 /// Without a focal length it is found by self-calibration: what is far to the side is not stretched.
 #[test]
 fn focal_length_need_not_be_known() {

@@ -84,6 +84,8 @@ function known(error: unknown): StitchError | FileError {
 
 function stitched(input: Case, mode: Mode, { settings, ownMatches }: Task): Promise<StitchResult> {
   return stitch(input.target, input.reference, {
+    // Where the measures are taken.
+    projection: "plane",
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : input.matches,

@@ -41,7 +41,7 @@ export interface Cut {
  */
 export async function cutReference(input: Case): Promise<Cut | undefined> {
   const { target, reference, matches, targetDepth, referenceDepth } = input;
-  const inputs = { matches, targetDepth, referenceDepth };
+  const inputs = { matches, targetDepth, referenceDepth, projection: "plane" } as const;
   const whole = await stitch(target, reference, { ...inputs, worker: false, fill: "none" });
   const cut = divide(reference, whole);
   return cut && { ...cut, matches: matches ?? whole.matches };
@@ -107,6 +107,7 @@ export async function compareHidden(
   const { hidden, left } = cut;
   const { reference, referenceDepth } = input;
   const result = await stitch(input.target, crop(reference, left), {
+    projection: "plane",
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : matchesIn(cut.matches, left),

@@ -100,12 +100,20 @@ const EXEMPLAR_FILL: u64 = 10;
 pub struct Memory<'a> {
     job: Job,
     options: &'a Options,
+    /// Whether the reference is projected.
+    projecting: bool,
 }
 
 impl<'a> Memory<'a> {
-    /// Of a job.
+    /// Of a job. Automatic projection is taken for the plane until it is known to be something else.
     pub fn of(job: Job, options: &'a Options) -> Self {
-        Self { job, options }
+        let projecting = !matches!(options.projection, None | Some(Projection::Plane));
+        Self { job, options, projecting }
+    }
+
+    /// With the reference on a cylinder or a sphere.
+    pub(super) fn projecting(self) -> Self {
+        Self { projecting: true, ..self }
     }
 
     /// The stage that takes most, and its bytes, with a canvas of this size; (0, 0) for [`align`](super::align) alone.
@@ -181,10 +189,7 @@ impl<'a> Memory<'a> {
 
     /// The reference as it is projected.
     fn projected(&self) -> u64 {
-        match self.options.projection {
-            None | Some(Projection::Plane) => 0,
-            Some(_) => self.photos()[1].saturating_mul(RGBA + MAP + MASK),
-        }
+        if self.projecting { self.photos()[1].saturating_mul(RGBA + MAP + MASK) } else { 0 }
     }
 
     fn detection(&self) -> u64 {

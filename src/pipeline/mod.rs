@@ -131,7 +131,7 @@ pub fn stitch_known(
     let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
     let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
     let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;
-    let from = if projected.is_some() { PROJECTING } else { 0.0 };
+    let (memory, from) = if projected.is_some() { (memory.projecting(), PROJECTING) } else { (memory, 0.0) };
     let warping = &mut Portion::new(observer, from, 1.0);
     let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);

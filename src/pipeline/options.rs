@@ -39,8 +39,9 @@ pub struct Options {
     pub refine: Option<RefineOptions>,
     /// Rendering.
     pub warp: WarpOptions,
-    /// What photos are shown on; `None` for the plane of the reference with two photos, and with more for whatever suits the field of
-    /// view. On a plane the reference stays as it is. Photos of a flat scene, whose cameras are not known, are always shown on a plane.
+    /// What photos are shown on; `None` for whatever suits the field of view. On a plane the reference stays as it is, and two photos
+    /// are shown on it unless it stretches the target very much. More photos of a flat scene, whose cameras are not known, are always
+    /// shown on a plane.
     pub projection: Option<Projection>,
     /// Exposure, seam and blending.
     pub blend: BlendOptions,
@@ -85,6 +86,7 @@ impl Options {
             estimate,
             refine: None,
             warp: WarpOptions::paper(),
+            projection: Some(Projection::Plane),
             blend: BlendOptions::paper(),
             fill: Some(FillOptions { method: FillMethod::Smooth, ..Default::default() }),
             ..Self::default()

@@ -151,14 +151,19 @@ impl Picture {
         bounds.iter().all(|v| v.is_finite()).then(|| bounds.map(|v| v.floor() as i64))
     }
 
-    /// By how much a photo's area grows, at its points; infinite where it is behind the plane or turned over.
+    /// By how much a photo's area grows, at points all over it; infinite where it is behind the plane or turned over.
     pub fn areas(&self, photo: &Placed) -> Vec<f64> {
+        self.areas_at(photo, grid(photo.size))
+    }
+
+    /// The same, at these points of the photo.
+    pub fn areas_at(&self, photo: &Placed, points: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
         let place = self.place(photo);
         let area = |[x, y]: [f64; 2]| {
             let (a, b, c) = (place([x, y])?, place([x + 1.0, y])?, place([x, y + 1.0])?);
             Some((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).filter(|area| *area > 0.0)
         };
-        grid(photo.size).map(|point| area(point).unwrap_or(f64::INFINITY)).collect()
+        points.map(|point| area(point).unwrap_or(f64::INFINITY)).collect()
     }
 }
 

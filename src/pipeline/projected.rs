@@ -1,4 +1,5 @@
-//! The reference on a cylinder or a sphere: shown so, it takes the place of the photo.
+//! The reference on a cylinder or a sphere: shown so, it takes the place of the photo. By default that is where the plane would
+//! stretch the target very much.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,9 +11,13 @@ use crate::geometry::{Estimate, Match, Model, pair_focal};
 use crate::image::{filled, zeroed};
 use crate::observer::Observer;
 use crate::rect::diagonal;
-use crate::statistics::median;
+use crate::statistics::{median, nth};
 use crate::warp::{Projection, Screen, WarpJob, WarpOptions, warp_within};
 use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
+
+/// Two photos are shown on the plane, where the reference stays as it is and straight lines straight, while a tenth of the target
+/// at most is enlarged by more than this, in area, next to its overlap.
+const MOST_ON_PLANE: f64 = 4.5;
 
 /// The reference as it appears on a screen: transparent where it shows nothing.
 pub(super) struct ProjectedReference {
@@ -30,7 +35,7 @@ pub(super) struct ProjectedReference {
 }
 
 impl ProjectedReference {
-    /// `None` where the photos' cameras are not known well enough for a screen, or a plane is asked for.
+    /// `None` where a plane is asked for, or suits, or the photos' cameras are not known well enough for a screen.
     ///
     /// # Errors
     /// `too-large`, `out-of-memory`, `aborted`.
@@ -42,10 +47,14 @@ impl ProjectedReference {
         memory: &Memory<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Self>> {
-        if matches!(options.projection, None | Some(Projection::Plane)) {
+        if options.projection == Some(Projection::Plane) {
             return Ok(None);
         }
         let placed = [placed(alignment, matches, target.image), Placed::reference(reference.image.size())];
+        if options.projection.is_none() && suits_plane(&placed[0], &alignment.geometry, matches) {
+            return Ok(None);
+        }
+        let memory = &memory.projecting();
         let viewer = viewer(&alignment.geometry, matches, placed.map(|placed| placed.size), options);
         let Some(picture) = Picture::around(options.projection, &viewer, &placed[1], &placed) else { return Ok(None) };
         let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
@@ -77,6 +86,15 @@ fn placed(alignment: &Alignment<'_>, matches: &[Match], target: ImageView<'_>) -
         median(depths.filter(|depth| !depth.is_nan()).collect())
     });
     Placed { size: target.size(), model: alignment.geometry.forward, depth: depth.unwrap_or(0.0) }
+}
+
+/// Whether the target can be shown on the reference's plane without being stretched much.
+fn suits_plane(target: &Placed, geometry: &Estimate, matches: &[Match]) -> bool {
+    let plane = Picture::plane();
+    let areas = plane.areas(target);
+    let most = areas.len() * 9 / 10;
+    let overlap = median(plane.areas_at(target, geometry.inliers_of(matches).map(|m| m.target)));
+    nth(areas, most).zip(overlap).is_none_or(|(area, overlap)| area <= MOST_ON_PLANE * overlap)
 }
 
 /// The reference's camera, held upright: its focal length as given or found, otherwise self-calibrated.

@@ -191,8 +191,9 @@ export interface Options {
    */
   canvasLimit: number;
   /**
-   * What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is the
-   * plane for two images, and whatever suits the field of view for more. Default: auto.
+   * What images are shown on: the reference's image plane, a cylinder or a sphere. Automatic is
+   * whatever suits the field of view: for two images the plane, unless it would stretch the target
+   * very much. Default: auto (plane with mode "paper").
    */
   projection: "auto" | "plane" | "cylinder" | "sphere";
   /**
