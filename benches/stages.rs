@@ -99,7 +99,7 @@ mod native {
 
         let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).expect("it fits");
         let how = options.fill.clone().unwrap_or_default();
-        let guide = FillGuide::new(&mut warped, forward, reference).expect("it fits");
+        let guide = FillGuide::new(&mut warped, &mosaic.seam, forward, reference).expect("it fits");
         group.bench_function("fill", |b| {
             b.iter_batched_ref(
                 || mosaic.image.clone(),

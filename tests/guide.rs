@@ -7,11 +7,11 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod scene;
 
-use depthstitch::InverseDepth;
 use depthstitch::geometry::Model;
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::FillGuide;
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
+use depthstitch::{InverseDepth, Mask};
 use scene::{MatchOptions, Pair, Photos, gallery};
 
 const SIZE: (usize, usize) = (240, 160);
@@ -70,7 +70,17 @@ fn the_references_depth_is_brought_into_the_same_gauge() {
     let other: Vec<f32> =
         truth.iter().enumerate().map(|(i, d)| if i % 10 == 3 { 90.0 } else { 40.0 * d - 1.5 }).collect();
     photos.reference_depth = InverseDepth::new("depth", &other, SIZE, DepthKind::Inverse, None, SIZE).ok();
-    let guide = FillGuide::new(&mut warped, &pair.forward, photos.reference()).unwrap().unwrap();
+    let shows = |label: u8| Mask::new(vec![label; before.data().len()], before.width(), before.height()).unwrap();
+    let guide_to = |shown: u8, warped: &mut Warped| {
+        FillGuide::new(warped, &shows(shown), &pair.forward, photos.reference()).unwrap().unwrap()
+    };
+    // Where the mosaic shows the reference it is the reference's, even if the target shows something nearer there.
+    let whole = guide_to(2, &mut warped.clone()).depth;
+    let inside = |i: usize| (i / SIZE.0 + warped.offset.1) * before.width() + i % SIZE.0 + warped.offset.0;
+    let right = |i: &usize| (whole.data()[inside(*i)] / truth[*i] - 1.0).abs() < 0.05;
+    assert!((0..truth.len()).filter(|i| i % 10 != 3).filter(right).count() * 100 > truth.len() * 89);
+
+    let guide = guide_to(1, &mut warped);
     let mut rows = 0;
     for y in 0..SIZE.1 {
         let at = (y + warped.offset.1) * before.width() + warped.offset.0 + SIZE.0 - 2;

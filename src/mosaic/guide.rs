@@ -1,10 +1,11 @@
 //! Inverse depth on the mosaic's canvas, which guides the filling.
 
+use super::seam::REFERENCE;
 use crate::geometry::Model;
 use crate::image::{check_size, reserve};
 use crate::rect::Rect;
 use crate::warp::Warped;
-use crate::{InverseDepth, Result, View};
+use crate::{InverseDepth, Mask, Result, View};
 
 /// Samples taken along the longer side of the reference.
 const SAMPLES: usize = 128;
@@ -26,14 +27,15 @@ impl FillGuide {
     /// The guide for a mosaic of `warped`, which `forward` has made, and `reference`; `None` without parallax. Takes the depth out of
     /// `warped`, as it is as large as the mosaic.
     ///
-    /// Where the target shows nothing the reference's inverse depth stands in, brought into the same gauge by the affine
-    /// change that fits best where both are known, by least absolute deviations: robust where the two photos show different
-    /// surfaces.
+    /// Where the mosaic shows the reference by its `seam`, and where the target has no depth, it is the reference's, brought into the
+    /// same gauge by the affine change that fits best where both are known, by least absolute deviations: robust where the two
+    /// photos show different surfaces.
     ///
     /// # Errors
-    /// `size-mismatch` when the reference does not fit the canvas or its depth is not of its size, `out-of-memory`.
-    pub fn new(warped: &mut Warped, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
+    /// `size-mismatch` when the reference or the seam does not fit the canvas or its depth is not of its size, `out-of-memory`.
+    pub fn new(warped: &mut Warped, seam: &Mask, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
         warped.check_canvas(reference.image)?;
+        check_size("seam", seam.size(), warped.image.size())?;
         let Some(depth) = warped.depth.take() else { return Ok(None) };
         let (width, height) = depth.size();
         let mut data = depth.into_values();
@@ -44,9 +46,12 @@ impl FillGuide {
             let samples = samples(&data[first..], width, other)?;
             if samples.len() >= LEAST {
                 let [slope, shift] = line(&samples);
-                for (row, other) in data[first..].chunks_mut(width).zip(other.data().chunks_exact(size.0)) {
-                    for (d, &other) in row.iter_mut().zip(other).filter(|(d, _)| d.is_nan()) {
-                        *d = (slope * f64::from(other) + shift) as f32;
+                let rows = data[first..].chunks_mut(width).zip(seam.data()[first..].chunks(width));
+                for ((row, labels), other) in rows.zip(other.data().chunks_exact(size.0)) {
+                    for ((d, &label), &other) in row.iter_mut().zip(labels).zip(other) {
+                        if d.is_nan() || label == REFERENCE {
+                            *d = (slope * f64::from(other) + shift) as f32;
+                        }
                     }
                 }
             }

@@ -40,7 +40,7 @@ use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, Portion, report};
 use crate::report::Warning;
 use crate::warp::{Projection, WarpJob, WarpOptions, Warped, warp_within};
-use crate::{Image, InverseDepth, Rect, Result, Stage, View};
+use crate::{Image, InverseDepth, Mask, Rect, Result, Stage, View};
 use align::align_timed;
 use projected::ProjectedReference;
 use timer::StageTimer;
@@ -150,7 +150,7 @@ pub fn stitch_known(
     report(observer, Stage::Measure, 0.0)?;
     let quality = quality(&warped, shown.image, mosaic.gains)?;
     timer.end(Stage::Measure, observer);
-    let guide = fill_guide(&mut warped, &alignment, projected.as_ref(), shown, options)?;
+    let guide = fill_guide(&mut warped, &mosaic.seam, &alignment, projected.as_ref(), shown, options)?;
     let crops = fill_and_crop(&mut mosaic, guide.as_ref(), options, observer)?;
     timer.end(Stage::Fill, observer);
 
@@ -206,6 +206,7 @@ fn warp_aligned(
 /// What tells background from foreground where voids are to be filled, next to the reference as it is `shown`.
 fn fill_guide(
     warped: &mut Warped,
+    seam: &Mask,
     alignment: &Alignment<'_>,
     projected: Option<&ProjectedReference>,
     shown: View<'_>,
@@ -214,7 +215,7 @@ fn fill_guide(
     if options.fill.is_none() {
         return Ok(None);
     }
-    let guide = FillGuide::new(warped, &alignment.geometry.forward, shown)?;
+    let guide = FillGuide::new(warped, seam, &alignment.geometry.forward, shown)?;
     // On a screen parallax is along curves.
     Ok(guide.map(|guide| if projected.is_some() { FillGuide { epipole: [0.0; 3], ..guide } } else { guide }))
 }

@@ -19,7 +19,7 @@ use level::Level;
 /// Labels of a seam mask.
 const NONE: u8 = 0;
 const TARGET: u8 = 1;
-const REFERENCE: u8 = 2;
+pub(super) const REFERENCE: u8 = 2;
 const BOTH: u8 = 3;
 
 /// Cells of the coarsest grid, at most. Between 3000 and 12000 visible steps change by 4 %, the seam's length by 1 %.

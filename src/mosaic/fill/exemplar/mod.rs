@@ -129,6 +129,9 @@ fn search_and_vote(
     Ok(())
 }
 
+/// Searches of each ring of the onion-peel initialisation.
+const PEEL_SEARCHES: usize = 8;
+
 /// Onion-peel initialisation: fills the voids of the coarsest level from the background inwards, seeing only what is known or has been filled before. Calls
 /// `tick` now and then.
 fn peel(
@@ -151,7 +154,8 @@ fn peel(
     let mut next = Some(0);
     while let Some(ring) = next {
         tick()?;
-        for backwards in [false, true] {
+        for search in 0..PEEL_SEARCHES {
+            let backwards = search % 2 != 0;
             for i in 0..level.voids.len() {
                 let number = if backwards { level.voids.len() - 1 - i } else { i };
                 if ring_of(&level.voids[number]) == ring {

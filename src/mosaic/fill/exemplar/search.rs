@@ -10,8 +10,9 @@ use crate::sampler::Sampler;
 /// Most that a source at another depth than the background costs, as a sum of squared differences: 16 levels in each
 /// channel of each pixel.
 const DEPTH_COST: f32 = (3 * 256 * SIDE * SIDE) as f32;
-/// The same for a source as far away as it should be at most: 12 levels.
-const DISTANCE_COST: f32 = (3 * 144 * SIDE * SIDE) as f32;
+/// The same for a source as far away as it should be at most: 36 levels. What continues a structure is mostly near (K. He, J. Sun,
+/// *Statistics of Patch Offsets for Image Completion*, ECCV 2012).
+const DISTANCE_COST: f32 = (3 * 36 * 36 * SIDE * SIDE) as f32;
 /// Sum of squared differences that hardly lessens a vote: one level in each channel of each pixel.
 const SMALL: f32 = (3 * SIDE * SIDE) as f32;
 /// How many places are tried at random for a void's first source.
