@@ -1,7 +1,8 @@
-import type { Options, Progress, StitchManyResult, StitchResult } from "depthstitch";
+import type { Options, Progress, StitchManyResult } from "depthstitch";
 import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js";
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
+import type { Kept, PairResult } from "./run/results.js";
 import type { DepthMap, Photo } from "./image-worker/contents.js";
 import type { Loaded, PhotoSlot, SlotName, Slots } from "./slots.js";
 
@@ -63,9 +64,9 @@ export function lastingMessage({ message }: State): Message | null {
 /** A result of two photos with its inputs. */
 export interface Outcome {
   readonly kind: "pair";
-  readonly result: StitchResult;
+  readonly result: PairResult;
   /** The mosaic as shown and saved: that of the result, or with voids inpainted by a network. */
-  readonly mosaic: StitchResult["mosaic"];
+  readonly mosaic: PairResult["mosaic"];
   readonly job: Job;
   readonly slots: Slots;
   readonly settings: Settings;
@@ -76,9 +77,9 @@ export interface Outcome {
 /** A result of three photos or more with its inputs. */
 export interface ManyOutcome {
   readonly kind: "many";
-  readonly result: StitchManyResult;
+  readonly result: Kept<StitchManyResult>;
   /** The mosaic as shown and saved, as of two photos. */
-  readonly mosaic: StitchManyResult["mosaic"];
+  readonly mosaic: Kept<StitchManyResult>["mosaic"];
   /** Those that were stitched, in the order of the result. */
   readonly photos: readonly SetPhoto[];
   readonly set: PhotoSet;

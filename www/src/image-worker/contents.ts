@@ -1,4 +1,6 @@
 /** Decoded files. */
+import type { Held } from "./held.js";
+import type { Rgba } from "./paint.js";
 
 export interface Size {
   readonly width: number;
@@ -7,7 +9,7 @@ export interface Size {
 
 /** A photo with its orientation applied, downscaled to the limit. */
 export interface Photo extends Size {
-  readonly data: Uint8ClampedArray<ArrayBuffer>;
+  readonly pixels: Held<Rgba>;
   readonly colourSpace: PredefinedColorSpace;
   /** How often the user turned it by 90° clockwise. */
   readonly turns: number;

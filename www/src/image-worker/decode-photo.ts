@@ -1,6 +1,8 @@
 import { InputFileError } from "../input-file-error.js";
 import { colourSpaceOf } from "./colour-space.js";
 import type { Photo } from "./contents.js";
+import { hold } from "./held.js";
+import type { Rgba } from "./paint.js";
 import { headerBytes, readHeader } from "./photo-header.js";
 
 /** Larger canvases are not supported by all browsers. */
@@ -34,11 +36,19 @@ export async function decodePhoto(
     checkSize(name, width, height);
     const longer = Math.max(width, height);
     const colourSpace = colours ?? (await colourSpaceOf(head));
-    const { canvas, context } = draw(bitmap, limit > 0 ? limit / longer : 1, turns, colourSpace);
-    const image = context.getImageData(0, 0, canvas.width, canvas.height);
+    const scale = limit > 0 ? limit / longer : 1;
+    const image = pixelsOf(bitmap, scale, turns, colourSpace);
+    const again = async () => {
+      const bitmap = await decode(file, name, header.format);
+      try {
+        return pixelsOf(bitmap, scale, turns, colourSpace);
+      } finally {
+        bitmap.close();
+      }
+    };
     const preview = draw(bitmap, previewSide / longer, turns, "srgb").canvas;
     return {
-      data: image.data,
+      pixels: hold(image, again),
       width: image.width,
       height: image.height,
       colourSpace,
@@ -65,8 +75,21 @@ async function decode(file: Blob, name: string, format: string): Promise<ImageBi
   }
 }
 
+function pixelsOf(
+  bitmap: ImageBitmap,
+  scale: number,
+  turns: number,
+  colourSpace: PredefinedColorSpace,
+): Rgba {
+  const { canvas, context } = draw(bitmap, scale, turns, colourSpace);
+  const { data, width, height } = context.getImageData(0, 0, canvas.width, canvas.height);
+  // Frees its pixels now rather than when garbage is collected.
+  canvas.width = canvas.height = 0;
+  return { data, width, height };
+}
+
 /** Two independent sums of 32 bits (FNV-1a and a polynomial) over all pixels. */
-function fingerprint({ data, width, height }: ImageData): string {
+function fingerprint({ data, width, height }: Rgba): string {
   const pixels = new Uint32Array(data.buffer, data.byteOffset, data.length >> 2);
   let [a, b] = [0x811c9dc5, width];
   for (const pixel of pixels) {

@@ -1,10 +1,15 @@
 /** Visualizes the exposure compensation of the first photo, from its luminance before and after. */
-import { tinted, type Rgba } from "./paint.js";
+import { tinted, type Rgba, type Shown } from "./paint.js";
 
-export interface GainPicture {
-  readonly bitmap: ImageBitmap;
-  /** The gain at the end of the colour scale; the other end is its reciprocal. */
-  readonly most: number;
+/** The gain in octaves, in square cells. */
+export interface GainField {
+  readonly octaves: Float64Array<ArrayBuffer>;
+  readonly columns: number;
+  readonly rows: number;
+  /** Pixels of a cell. */
+  readonly side: number;
+  /** The end of the colour scale, in octaves; the other end is its negative. */
+  readonly range: number;
 }
 
 /** Cells along the longer side; the gain field is smoother than that. */
@@ -36,15 +41,15 @@ const linear = Float64Array.from({ length: 256 }, (_, level) => {
 });
 
 /**
- * The warped photo in gray, tinted by its gain. `average` is the mosaic in which the compensated photo and the reference,
+ * The gain of the warped photo. `average` is the mosaic in which the compensated photo and the reference,
  * at `left`, `top`, are averaged in the overlap.
  */
-export async function gainPicture(
+export function gainField(
   warped: Rgba,
   average: Rgba,
   reference: Rgba,
   { x: left, y: top }: { readonly x: number; readonly y: number },
-): Promise<GainPicture> {
+): GainField {
   const { width, height } = warped;
   const side = Math.ceil(Math.max(width, height) / cellCount);
   const columns = Math.ceil(width / side);
@@ -87,18 +92,22 @@ export async function gainPicture(
     minRange,
   );
   fillUnknown(octaves, columns, rows);
-  const bitmap = await tinted(warped, (i) => {
-    if (!warped.data[4 * i + 3]) return null;
-    const value = interpolate(
-      octaves,
-      columns,
-      rows,
-      (i % width) / side,
-      Math.floor(i / width) / side,
-    );
+  return { octaves, columns, rows, side, range };
+}
+
+/** The warped photo in gray, tinted by its gain. */
+export function gainBitmap(
+  warped: Rgba,
+  shown: Shown,
+  { octaves, columns, rows, side, range }: GainField,
+): Promise<ImageBitmap> {
+  const { data, width } = warped;
+  return tinted(warped, shown, (i) => {
+    if (!data[4 * i + 3]) return null;
+    const [x, y] = [(i % width) / side, Math.floor(i / width) / side];
+    const value = interpolate(octaves, columns, rows, x, y);
     return palette[Math.round(127 * (1 + Math.max(-1, Math.min(1, value / range))))] ?? null;
   });
-  return { bitmap, most: 2 ** range };
 }
 
 function luminance([red = 0, green = 0, blue = 0]: ArrayLike<number> & Iterable<number>): number {

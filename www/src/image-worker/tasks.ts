@@ -1,21 +1,30 @@
+import { countSet, includes, valuesAt } from "./arrays.js";
 import { decodeDepth } from "./decode-depth.js";
 import { decodePhoto } from "./decode-photo.js";
 import { holeShare } from "./depth-colours.js";
 import { encode } from "./encode.js";
-import { gainPicture } from "./gain.js";
+import { gainBitmap, gainField } from "./gain.js";
+import { hold, release, take } from "./held.js";
 import { turnDepth } from "./turn-depth.js";
-import { bitmapOf, depthBitmap, labelsBitmap, seamBitmap, voidBitmap } from "./paint.js";
+import { depthBitmap, labelsBitmap, pictureBitmap, seamBitmap, voidBitmap } from "./paint.js";
 
 /** Tasks that would block the main thread. */
 export const tasks = {
+  hold,
+  take,
+  release,
   decodePhoto,
   decodeDepth,
-  bitmapOf,
+  pictureBitmap,
   depthBitmap,
   voidBitmap,
   seamBitmap,
   labelsBitmap,
-  gainPicture,
+  gainField,
+  gainBitmap,
+  countSet,
+  includes,
+  valuesAt,
   holeShare,
   turnDepth,
   encode,

@@ -1,4 +1,5 @@
 import { InputFileError } from "../input-file-error.js";
+import { endReading, read, type Held } from "./held.js";
 import { tasks, type Reply, type Request } from "./tasks.js";
 
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
@@ -11,14 +12,25 @@ const scope = globalThis as unknown as WorkerScope;
 scope.onmessage = ({ data }) => void work(data);
 
 async function work({ id, name, args }: Request): Promise<void> {
+  // That which takes what is held is told what, the others what it is.
+  const reading = name === "take" ? [] : args.filter(isHeld);
   try {
     const task = tasks[name] as (...args: readonly unknown[]) => unknown;
-    const value = await task(...args);
+    const arrays = new Map(
+      await Promise.all(reading.map(async (handle) => [handle, await read(handle)] as const)),
+    );
+    const value = await task(...args.map((arg) => arrays.get(arg as Held) ?? arg));
     scope.postMessage({ id, value }, transferables(value));
   } catch (error) {
     const message = error instanceof Error ? error.message : String(error);
     scope.postMessage({ id, message, unusable: error instanceof InputFileError }, []);
+  } finally {
+    reading.forEach(endReading);
   }
+}
+
+function isHeld(arg: unknown): arg is Held {
+  return typeof arg === "object" && arg !== null && "held" in arg;
 }
 
 /** Buffers and bitmaps of a result, which are transferred. */

@@ -1,4 +1,4 @@
-import { imageTask } from "../image-worker/client.js";
+import { decodePhoto, imageTask } from "../image-worker/client.js";
 import {
   photoSlots,
   type Contents,
@@ -15,8 +15,8 @@ export type Files = { readonly [K in SlotName]?: File };
 const decoders: {
   readonly [K in SlotName]: (file: File, limit: number, turns: number) => Promise<Contents[K]>;
 } = {
-  target: (file, limit, turns) => imageTask("decodePhoto", file, file.name, limit, turns),
-  reference: (file, limit, turns) => imageTask("decodePhoto", file, file.name, limit, turns),
+  target: (file, limit, turns) => decodePhoto(file, file.name, limit, turns),
+  reference: (file, limit, turns) => decodePhoto(file, file.name, limit, turns),
   targetDepth: (file) => imageTask("decodeDepth", file, file.name),
   referenceDepth: (file) => imageTask("decodeDepth", file, file.name),
   matches: (file) => readMatches(file),
@@ -57,7 +57,7 @@ export async function inOneColourSpace(
     const loaded = slots[slot];
     if (!loaded || loaded.content.colourSpace === wide) continue;
     const { file, content } = loaded;
-    const decoded = await imageTask("decodePhoto", file, file.name, limit, content.turns, wide);
+    const decoded = await decodePhoto(file, file.name, limit, content.turns, wide);
     again = { ...again, [slot]: { ...loaded, content: decoded } };
   }
   return again;

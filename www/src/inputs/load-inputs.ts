@@ -16,7 +16,7 @@ import type {
   State,
   Store,
 } from "../state.js";
-import { imageTask } from "../image-worker/client.js";
+import { decodePhoto, imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
 import { decodeSlot, inOneColourSpace, turnsOf } from "./decode-slots.js";
 import type { Files } from "./decode-slots.js";
@@ -119,7 +119,7 @@ export class InputLoader {
     const map = state.slots[depthSlot[slot]];
     const limit = state.settings.photoLimit;
     const [turned, depth] = await Promise.all([
-      imageTask("decodePhoto", file, file.name, limit, (turns + 1) % 4, colourSpace),
+      decodePhoto(file, file.name, limit, (turns + 1) % 4, colourSpace),
       map && imageTask("turnDepth", map.content),
     ]).catch((error: unknown) => [error instanceof Error ? error.message : String(error)] as const);
     if (this.#latest.get(slot) !== token) return;

@@ -1,6 +1,7 @@
 import { stitchMany, type CallOptions, type Options } from "depthstitch";
+import { taken } from "../image-worker/client.js";
 import { identityOf } from "../run/job.js";
-import { remembered } from "../run/results.js";
+import { kept, remembered } from "../run/results.js";
 import type { Message, State } from "../state.js";
 import { isReading, usablePhotos, type SetPhoto } from "./photo-set.js";
 
@@ -42,9 +43,9 @@ export function manyResultOf({ photos, reference, options }: ManyJob, call: Call
       .map((entry) => entry.join("="))
       .sort(),
   ].join(" ");
-  return remembered(key, () => {
+  return remembered(key, async () => {
     // The focal length is estimated from all of them: that in EXIF data is often not that of the picture any more.
-    const inputs = contents.map(({ data, width, height }) => ({ data, width, height }));
-    return stitchMany(inputs, { ...options, reference, ...call });
+    const inputs = await Promise.all(contents.map(({ pixels }) => taken(pixels)));
+    return kept(await stitchMany(inputs, { ...options, reference, ...call, transfer: true }));
   });
 }

@@ -1,7 +1,7 @@
 import type { PhotoPair, PhotoReport, StitchManyResult } from "depthstitch";
 import type { ManyOutcome } from "../state.js";
 import { count, percent, pixels, seconds } from "../text/numbers.js";
-import { countSet, sizeOf } from "../text/report.js";
+import { sizeOf } from "../text/report.js";
 
 export function usedCount({ result }: ManyOutcome): number {
   return result.photos.filter(({ used }) => used).length;
@@ -81,9 +81,8 @@ export function manyFigures(outcome: ManyOutcome): readonly (readonly [string, s
 /** The report in sentences. */
 export function manyParagraphs(outcome: ManyOutcome): string[] {
   const { result, photos, elapsed } = outcome;
-  const { mosaic, voidMask, offset } = result;
-  const voids = countSet(voidMask.data);
-  const share = percent(voids / voidMask.data.length);
+  const { mosaic, voids, offset } = result;
+  const share = percent(voids / (mosaic.width * mosaic.height));
   return [
     geometryText[result.geometry].sentence,
     `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the reference, ${photos[result.reference]?.file.name ?? ""}, starts at ${offset.x}, ${offset.y}. ` +
@@ -104,7 +103,7 @@ export function manyReportJson(
   { result, photos, settings, elapsed }: ManyOutcome,
   version: string,
 ): string {
-  const { mosaic, voidMask, offset, reference, geometry, pairs, crop, warnings, times } = result;
+  const { mosaic, voids, offset, reference, geometry, pairs, crop, warnings, times } = result;
   const value = {
     version,
     photos: result.photos.map(({ camera, ...report }, index) => {
@@ -129,7 +128,7 @@ export function manyReportJson(
       width: mosaic.width,
       height: mosaic.height,
       offset,
-      voids: countSet(voidMask.data),
+      voids,
     },
     warnings,
     times,

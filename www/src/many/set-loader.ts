@@ -1,4 +1,4 @@
-import { imageTask } from "../image-worker/client.js";
+import { decodePhoto } from "../image-worker/client.js";
 import { noSlots, photoSlots, type Slots, type State, type Store } from "../state.js";
 import { count } from "../text/numbers.js";
 import {
@@ -164,7 +164,7 @@ async function decode(
   colours: PredefinedColorSpace | null,
 ): Promise<Pick<SetPhoto, "content"> | Pick<SetPhoto, "problem">> {
   try {
-    return { content: await imageTask("decodePhoto", file, file.name, limit, turns, colours) };
+    return { content: await decodePhoto(file, file.name, limit, turns, colours) };
   } catch (error) {
     return { problem: error instanceof Error ? error.message : String(error) };
   }

@@ -2,7 +2,7 @@
 import { make } from "../dom.js";
 import type { ManyOutcome } from "../state.js";
 import { count, size } from "../text/numbers.js";
-import { labelsBitmap } from "../view/bitmaps.js";
+import { labelsPicture } from "../view/bitmaps.js";
 import { canvasScene, mosaicScene } from "../view/canvas-views.js";
 import { checkbox } from "../view/controls.js";
 import type { View } from "../view/view-types.js";
@@ -30,7 +30,7 @@ export const manySeamView: View<ManyOutcome> = {
   async open(outcome, view) {
     const { result, photos } = outcome;
     const colours = Uint8Array.from(photos.flatMap((_, index) => photoColour(index)));
-    const bitmap = await labelsBitmap(outcome, colours);
+    const picture = await labelsPicture(outcome, colours, view);
     let frames = false;
     const entries = photos.flatMap(({ file }, index) => {
       if (!result.photos[index]?.used) return [];
@@ -39,7 +39,7 @@ export const manySeamView: View<ManyOutcome> = {
       return [make("li", { title: file.name }, swatch, `${index + 1}\u00a0${file.name}`)];
     });
     return {
-      scene: canvasScene(outcome, bitmap, (context, pixel) => {
+      scene: canvasScene(outcome, picture, (context, pixel) => {
         if (frames) drawFrames(context, outcome, pixel);
       }),
       caption:

@@ -5,6 +5,15 @@ export class NetworkError extends Error {
   override readonly name = "NetworkError";
 }
 
+/** The buffers of pictures among the arguments, which are given away. */
+function buffersOf(args: object): Transferable[] {
+  return Object.values(args).flatMap((arg: unknown) =>
+    typeof arg === "object" && arg !== null && "data" in arg && ArrayBuffer.isView(arg.data)
+      ? [arg.data.buffer as ArrayBuffer]
+      : [],
+  );
+}
+
 /** Milliseconds after which an idle worker, which holds a network in memory, is terminated. */
 const idleTime = 60_000;
 
@@ -13,7 +22,7 @@ let idle = 0;
 
 /**
  * Runs a network in a worker, which is started by the first call. Aborting terminates the worker, as a running network
- * cannot be interrupted. Only one call may run at a time.
+ * cannot be interrupted. Only one call may run at a time. Pictures among the arguments are given away.
  */
 export function runNetwork<N extends NetworkName>(
   name: N,
@@ -55,6 +64,6 @@ export function runNetwork<N extends NetworkName>(
         reject(new NetworkError(event.message || "its script could not be loaded"));
       });
     };
-    running.postMessage({ name, args });
+    running.postMessage({ name, args }, buffersOf(args));
   });
 }

@@ -3,7 +3,9 @@ import { manyReportJson } from "../many/report-text.js";
 import { coloursOf, type ManyOutcome, type Outcome, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import type { Format, Rect } from "../image-worker/encode.js";
+import type { Held } from "../image-worker/held.js";
 import type { Rgba } from "../image-worker/paint.js";
+import type { Size } from "../image-worker/contents.js";
 import { reportJson } from "../text/report.js";
 import { linkOf } from "../settings-link.js";
 import { baseName } from "../text/file-names.js";
@@ -32,14 +34,14 @@ export function bindExport(store: Store, version: string): void {
   const chosenFormat = (): Format => (format.value === "png" ? "png" : "jpeg");
   const encoded = (
     outcome: Outcome | ManyOutcome,
-    { data, width, height }: Rgba,
+    image: Held<Rgba>,
     part: Rect,
     type: Format,
     source: File | null = null,
-  ) => imageTask("encode", { data, width, height }, part, type, coloursOf(outcome), source);
+  ) => imageTask("encode", image, part, type, coloursOf(outcome), source);
   const saveImage = async (
     outcome: Outcome | ManyOutcome,
-    image: Rgba,
+    image: Held<Rgba>,
     part: Rect,
     name: string,
     source: File | null,
@@ -125,6 +127,6 @@ function canShare(): boolean {
   return "canShare" in navigator && navigator.canShare({ files: [sample] });
 }
 
-function whole({ width, height }: Rgba): Rect {
+function whole({ width, height }: Size): Rect {
   return { x: 0, y: 0, width, height };
 }

@@ -1,10 +1,9 @@
-import type { StitchResult } from "depthstitch";
 import { byId, context2d, find, make, onClick, setEnabled } from "../dom.js";
 import { isDegenerate, jobFor, methods, type Method } from "../run/methods.js";
-import { resultOf } from "../run/results.js";
+import { resultOf, type PairResult } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { Outcome, Store } from "../state.js";
-import { pictureBitmap } from "../view/bitmaps.js";
+import { smallBitmap } from "../view/bitmaps.js";
 import { comparison } from "../view/compare-views.js";
 import { decibels, percent, similarity } from "../text/numbers.js";
 
@@ -65,15 +64,13 @@ function makeCard(label: string, hint: string): HTMLLIElement {
   );
 }
 
-async function fillCard(card: HTMLElement, result: StitchResult, outcome: Outcome): Promise<void> {
-  const bitmap = await pictureBitmap(result.warped, outcome);
+async function fillCard(card: HTMLElement, result: PairResult, outcome: Outcome): Promise<void> {
+  const bitmap = await smallBitmap(result.warped, outcome, width);
   const canvas = find(card, "canvas", HTMLCanvasElement);
-  const scale = Math.min(1, width / bitmap.width);
-  canvas.width = Math.round(bitmap.width * scale);
-  canvas.height = Math.round(bitmap.height * scale);
-  const context = context2d(canvas);
-  context.imageSmoothingQuality = "high";
-  context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+  canvas.width = bitmap.width;
+  canvas.height = bitmap.height;
+  context2d(canvas).drawImage(bitmap, 0, 0);
+  bitmap.close();
   const { psnrMask, ssimMask, coverage } = result.quality;
   find(card, ".agreement", HTMLElement).textContent =
     `${decibels(psnrMask)} · SSIM ${similarity(ssimMask)} · covers ${percent(coverage)}`;

@@ -1,15 +1,18 @@
-import type { ImageOutput, Mask } from "depthstitch";
+import { hold, taken } from "../image-worker/client.js";
+import type { Held } from "../image-worker/held.js";
+import type { Bytes, Rgba } from "../image-worker/paint.js";
 import { runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import type { Settings } from "../state.js";
 
 /** What a result of two photos and one of many have in common. */
 interface WithVoids {
-  readonly mosaic: ImageOutput;
-  readonly voidMask: Mask;
+  readonly mosaic: Held<Rgba>;
+  readonly voidMask: Held<Bytes>;
+  readonly voids: number;
 }
 
-const cache = new WeakMap<WithVoids, Map<string, ImageOutput>>();
+const cache = new WeakMap<WithVoids, Map<string, Held<Rgba>>>();
 
 /** The mosaic with voids filled as the settings say: by the core, or by a network, whose output is cached. */
 export async function filledMosaic(
@@ -17,14 +20,17 @@ export async function filledMosaic(
   { fillMethod, fillAddress }: Settings,
   signal: AbortSignal,
   onProgress: (progress: NetworkProgress) => void,
-): Promise<ImageOutput> {
-  const { mosaic, voidMask } = result;
-  if (fillMethod === "core" || !voidMask.data.includes(255)) return mosaic;
-  const filledBy = cache.get(result) ?? new Map<string, ImageOutput>();
+): Promise<Held<Rgba>> {
+  const { mosaic, voidMask, voids } = result;
+  if (fillMethod === "core" || voids === 0) return mosaic;
+  const filledBy = cache.get(result) ?? new Map<string, Held<Rgba>>();
   cache.set(result, filledBy);
   const key = `${fillMethod} ${fillAddress}`;
-  const args = { mosaic, voidMask, model: fillMethod, address: fillAddress };
-  const filled = filledBy.get(key) ?? (await runNetwork("fill", args, signal, onProgress));
+  const known = filledBy.get(key);
+  if (known) return known;
+  const [image, voidPixels] = await Promise.all([taken(mosaic), taken(voidMask)]);
+  const args = { mosaic: image, voidMask: voidPixels, model: fillMethod, address: fillAddress };
+  const filled = await hold(await runNetwork("fill", args, signal, onProgress));
   filledBy.set(key, filled);
   return filled;
 }

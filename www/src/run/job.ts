@@ -1,5 +1,9 @@
-import type { DepthInput, Options } from "depthstitch";
+import type { DepthInput, DepthOutput, Options } from "depthstitch";
+import type { Held } from "../image-worker/held.js";
 import type { Photo, Size } from "../image-worker/contents.js";
+
+/** A depth map of a photo: of a file or a network, or of an earlier result. */
+export type JobDepth = DepthInput | Held<DepthOutput>;
 
 /** The complete inputs of a stitch: equal jobs give equal bytes. */
 export interface Job {
@@ -7,8 +11,8 @@ export interface Job {
   readonly reference: Photo;
   /** xt, yt, xr, yr in pixels of the scaled photos. Without matches, features are detected and matched. */
   readonly matches?: Float32Array;
-  readonly targetDepth?: DepthInput;
-  readonly referenceDepth?: DepthInput;
+  readonly targetDepth?: JobDepth;
+  readonly referenceDepth?: JobDepth;
   readonly options: Partial<Options>;
 }
 
@@ -48,7 +52,8 @@ export function identityOf(value: object): number {
 /** A key that is equal for equal jobs. */
 export function keyOf(job: Job): string {
   const id = (value: object | undefined) => (value ? identityOf(value) : 0);
-  const depth = (map: DepthInput | undefined) => [id(map?.data), map?.kind, map?.invalid];
+  const depth = (map: JobDepth | undefined) =>
+    map && "held" in map ? map.held : [id(map?.data), map?.kind, map?.invalid];
   return JSON.stringify([
     id(job.target),
     id(job.reference),

@@ -1,5 +1,16 @@
-import { stitch, type CallOptions, type StitchResult } from "depthstitch";
-import { keyOf, type Job } from "./job.js";
+import {
+  stitch,
+  type CallOptions,
+  type DepthInput,
+  type StitchResult,
+  type Warped,
+} from "depthstitch";
+import { imageTask, lodged, taken, type Lodged } from "../image-worker/client.js";
+import { keyOf, type Job, type JobDepth } from "./job.js";
+
+/** A result whose pictures and maps are held by the image worker, with the number of void pixels. */
+export type Kept<R> = Lodged<R> & { readonly voids: number };
+export type PairResult = Kept<StitchResult>;
 
 /** Size limit of the cache; results take tens of megabytes each. */
 const cacheBytes = 400e6;
@@ -8,12 +19,47 @@ const cacheBytes = 400e6;
 const cache = new Map<string, unknown>();
 
 /** The result of a job of two photos, computed unless it is cached. */
-export async function resultOf(job: Job, call: CallOptions): Promise<StitchResult> {
-  const { target, reference, options, ...inputs } = job;
-  const { result } = await remembered(keyOf(job), () =>
-    stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }),
-  );
+export async function resultOf(job: Job, call: CallOptions): Promise<PairResult> {
+  const { result } = await remembered(keyOf(job), async () => {
+    const [target, reference, targetDepth, referenceDepth] = await Promise.all([
+      taken(job.target.pixels),
+      taken(job.reference.pixels),
+      ownDepth(job.targetDepth),
+      ownDepth(job.referenceDepth),
+    ]);
+    // All of it is given away.
+    const inputs = { matches: job.matches?.slice(), targetDepth, referenceDepth, transfer: true };
+    const { options } = job;
+    return kept(
+      await stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }),
+    );
+  });
   return result;
+}
+
+/** Hands the large arrays of a result over to the image worker. */
+export async function kept<R extends { readonly voidMask: StitchResult["voidMask"] }>(
+  result: R,
+): Promise<Kept<R>> {
+  const held = await lodged(result);
+  const voids = await imageTask("countSet", held.voidMask as Kept<StitchResult>["voidMask"]);
+  return { ...held, voids };
+}
+
+/** The first photo of a result as it was warped, to be given away. */
+export async function warpedOf({ offset, clipped, ...result }: PairResult): Promise<Warped> {
+  const [warped, footprint, confidence] = await Promise.all([
+    taken(result.warped),
+    taken(result.footprint),
+    result.confidence && taken(result.confidence),
+  ]);
+  return { warped, footprint, ...(confidence && { confidence }), offset, clipped };
+}
+
+/** A depth map to be given away. */
+async function ownDepth(map: JobDepth | undefined): Promise<DepthInput | undefined> {
+  if (!map || !("held" in map)) return map && { ...map, data: map.data.slice() };
+  return taken(map);
 }
 
 /** What is cached by this key, which is of equal jobs only, or else computed. */
@@ -45,5 +91,6 @@ function evictOldest(): void {
 function bytesOf(value: unknown): number {
   if (ArrayBuffer.isView(value)) return value.byteLength;
   if (typeof value !== "object" || value === null) return 0;
+  if ("held" in value && "bytes" in value) return Number(value.bytes);
   return Object.values(value).reduce((sum: number, part) => sum + bytesOf(part), 0);
 }

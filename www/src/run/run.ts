@@ -12,6 +12,7 @@ import {
   type State,
   type Store,
 } from "../state.js";
+import { taken } from "../image-worker/client.js";
 import type { DepthMap, Photo } from "../image-worker/contents.js";
 import { errorMessage } from "../text/errors.js";
 import { seconds } from "../text/numbers.js";
@@ -141,8 +142,6 @@ export class Runner {
     for (const [index, photo] of photos.entries()) {
       const estimated = this.#store.state.networkDepths.get(photo);
       if (estimated?.model === network) continue;
-      const { data, width, height } = photo;
-      const args = { photo: { data, width, height }, model, host, onnx };
       const report = (progress: NetworkProgress) =>
         this.#store.set({
           running: {
@@ -152,6 +151,7 @@ export class Runner {
           },
         });
       report({ stage: "download", fraction: 0 });
+      const args = { photo: await taken(photo.pixels), model, host, onnx };
       const map = await runNetwork("depth", args, signal, report);
       this.#store.set({
         networkDepths: withDepth(this.#store.state, photo, { model: network, map }),

@@ -1,4 +1,5 @@
-import type { FitReport, StitchResult } from "depthstitch";
+import type { FitReport } from "depthstitch";
+import type { PairResult } from "../run/results.js";
 import type { Outcome, Running, Settings } from "../state.js";
 import type { Photo } from "../image-worker/contents.js";
 import { count, decibels, percent, pixels, seconds, similarity } from "./numbers.js";
@@ -51,7 +52,7 @@ const modelText: Readonly<
 };
 
 /** The three key figures: a value and a line under it. */
-export function keyFigures({ report, quality }: StitchResult) {
+export function keyFigures({ report, quality }: PairResult) {
   const { name, under } = modelText[report.model];
   return {
     model: { value: name, under },
@@ -110,8 +111,10 @@ function fitParagraph({ result: { report }, job }: Outcome): string {
   );
 }
 
-function canvasParagraph({ result: { offset, mosaic, voidMask }, settings }: Outcome): string {
-  const voids = countSet(voidMask.data);
+function canvasParagraph({
+  result: { offset, mosaic, voidMask, voids },
+  settings,
+}: Outcome): string {
   const share = percent(voids / (voidMask.width * voidMask.height));
   const were = voids === 1 ? "is" : "are";
   return (
@@ -128,19 +131,8 @@ function fillSentence({ fillMethod, options }: Settings): string {
   return options.fill === "none" ? "left transparent" : "filled from their surroundings";
 }
 
-/** Counts the bytes of a mask that are 255 rather than 0, four at a time. */
-export function countSet(mask: Uint8Array<ArrayBuffer>): number {
-  const words = new Uint32Array(mask.buffer, mask.byteOffset, mask.length >> 2);
-  let set = 0;
-  for (let i = 0; i < words.length; i++) {
-    set += Math.imul((words[i] ?? 0) & 0x01010101, 0x01010101) >>> 24;
-  }
-  for (let i = 4 * words.length; i < mask.length; i++) if (mask[i]) set++;
-  return set;
-}
-
 /** Rows of the quality table: measure, PSNR, SSIM, coverage. */
-export function qualityRows({ quality }: StitchResult): readonly (readonly string[])[] {
+export function qualityRows({ quality }: PairResult): readonly (readonly string[])[] {
   const coverage = percent(quality.coverage);
   return [
     ["Valid pixels", decibels(quality.psnrMask), similarity(quality.ssimMask), coverage],
@@ -158,7 +150,7 @@ export function reportJson(
   { result, job, slots, settings, elapsed }: Outcome,
   version: string,
 ): string {
-  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voidMask } =
+  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voids } =
     result;
   const model = ({ h, e }: { h: Float64Array; e: Float64Array }) => ({ h: [...h], e: [...e] });
   const value = {
@@ -175,7 +167,7 @@ export function reportJson(
       height: mosaic.height,
       offset,
       clipped,
-      voids: countSet(voidMask.data),
+      voids,
     },
     forward: model(forward),
     reverse: model(reverse),

@@ -1,73 +1,120 @@
+import type { DepthOutput } from "depthstitch";
 import { coloursOf, type ManyOutcome, type Outcome } from "../state.js";
-import { imageTask } from "../image-worker/client.js";
-import type { DepthMap } from "../image-worker/contents.js";
-import type { GainPicture } from "../image-worker/gain.js";
-import type { Bytes, Rgba } from "../image-worker/paint.js";
+import { hold, imageTask } from "../image-worker/client.js";
+import type { Size } from "../image-worker/contents.js";
+import type { GainField } from "../image-worker/gain.js";
+import type { Held } from "../image-worker/held.js";
+import type { Bytes, Rgba, Shown } from "../image-worker/paint.js";
+import { Picture } from "./picture.js";
+import type { ViewContext } from "./view-types.js";
 
 const cache = new WeakMap<object, Map<string, Promise<unknown>>>();
 
-/** A bitmap made from `source`, cached by `kind`. */
-function bitmap<T = ImageBitmap>(source: object, kind: string, make: () => Promise<T>): Promise<T> {
+/** What is made from `source`, cached by `kind`. */
+function cached<T>(source: object, kind: string, make: () => Promise<T>): Promise<T> {
   const kinds = cache.get(source) ?? new Map<string, Promise<unknown>>();
   cache.set(source, kinds);
-  const made = (kinds.get(kind) as Promise<T> | undefined) ?? nextTask().then(make);
+  const made = (kinds.get(kind) as Promise<T> | undefined) ?? make();
   kinds.set(kind, made);
   made.catch(() => kinds.delete(kind));
   return made;
 }
 
-/** Posting a large image takes time, so it is done in a task of its own. */
-function nextTask(): Promise<void> {
-  return new Promise((resolve) => setTimeout(resolve));
+function picture(
+  source: object,
+  kind: string,
+  size: Size,
+  view: ViewContext,
+  render: (shown: Shown) => Promise<ImageBitmap>,
+): Promise<Picture> {
+  return cached(source, kind, () => Picture.of(size, render, view.redraw));
 }
 
 /** A picture of an outcome, in the colour space of that. */
-export function pictureBitmap(image: Rgba, outcome: Outcome | ManyOutcome): Promise<ImageBitmap> {
-  const { data, width, height } = image;
-  return bitmap(image, "picture", () =>
-    imageTask("bitmapOf", { data, width, height }, coloursOf(outcome)),
+export function pictureOf(
+  image: Held<Rgba>,
+  outcome: Outcome | ManyOutcome,
+  view: ViewContext,
+): Promise<Picture> {
+  return picture(image, "picture", image, view, (shown) =>
+    imageTask("pictureBitmap", image, shown, coloursOf(outcome)),
   );
 }
 
-export function voidsBitmap({ result }: Outcome | ManyOutcome): Promise<ImageBitmap> {
-  return bitmap(result, "voids", () => imageTask("voidBitmap", result.mosaic, result.voidMask));
+/** The same, at most `width` pixels wide. */
+export function smallBitmap(
+  image: Held<Rgba>,
+  outcome: Outcome,
+  width: number,
+): Promise<ImageBitmap> {
+  const scale = Math.min(1, width / image.width);
+  const size = { width: Math.round(image.width * scale), height: Math.round(image.height * scale) };
+  const part = { x: 0, y: 0, width: image.width, height: image.height };
+  return imageTask("pictureBitmap", image, { part, size }, coloursOf(outcome));
 }
 
-export function seamBitmap({ result }: Outcome, seam: Bytes): Promise<ImageBitmap> {
-  return bitmap(result, "seam", () => imageTask("seamBitmap", result.mosaic, seam));
+export function voidsPicture(
+  { result }: Outcome | ManyOutcome,
+  view: ViewContext,
+): Promise<Picture> {
+  const { mosaic, voidMask } = result;
+  return picture(result, "voids", mosaic, view, (shown) =>
+    imageTask("voidBitmap", mosaic, shown, voidMask),
+  );
+}
+
+export function seamPicture(
+  { result }: Outcome,
+  seam: Held<Bytes>,
+  view: ViewContext,
+): Promise<Picture> {
+  const { mosaic } = result;
+  return picture(result, "seam", mosaic, view, (shown) =>
+    imageTask("seamBitmap", mosaic, shown, seam),
+  );
 }
 
 /** Each photo of a mosaic in its colour (`colours`, RGB one after another). */
-export function labelsBitmap(
+export function labelsPicture(
   { result }: ManyOutcome,
   colours: Uint8Array<ArrayBuffer>,
-): Promise<ImageBitmap> {
-  return bitmap(result, "labels", () =>
-    imageTask("labelsBitmap", result.mosaic, result.labels, colours),
+  view: ViewContext,
+): Promise<Picture> {
+  const { mosaic, labels } = result;
+  return picture(result, "labels", mosaic, view, (shown) =>
+    imageTask("labelsBitmap", mosaic, shown, labels, colours),
   );
 }
 
 /** The second photo as the mosaic shows it. */
-export function shownReference({ job, result }: Outcome): Rgba {
-  return result.projectedReference ?? job.reference;
+export function shownReference({ job, result }: Outcome): Held<Rgba> {
+  return result.projectedReference ?? job.reference.pixels;
 }
 
-export function gainBitmap(outcome: Outcome, averaged: () => Promise<Rgba>): Promise<GainPicture> {
+/** The gain of the first photo; `averaged` makes the mosaic in which both photos are averaged. */
+export function gainFieldOf(outcome: Outcome, averaged: () => Promise<Rgba>): Promise<GainField> {
   const { result } = outcome;
-  return bitmap(result, "gain", async () => {
-    const { data, width, height } = shownReference(outcome);
-    const mosaic = await averaged();
-    return imageTask("gainPicture", result.warped, mosaic, { data, width, height }, result.offset);
+  return cached(result, "gain field", async () => {
+    const mosaic = await hold(await averaged());
+    return imageTask("gainField", result.warped, mosaic, shownReference(outcome), result.offset);
   });
+}
+
+export function gainPicture(
+  { result }: Outcome,
+  field: GainField,
+  view: ViewContext,
+): Promise<Picture> {
+  const { warped } = result;
+  return picture(result, "gain", warped, view, (shown) =>
+    imageTask("gainBitmap", warped, shown, field),
+  );
 }
 
 /** Maximum width in pixels; depth maps have no finer detail. */
 const depthWidth = 1600;
 
-export function depthBitmap(map: DepthMap): Promise<ImageBitmap> {
-  const { data, width, height } = map;
+export function depthBitmap(map: Held<DepthOutput>): Promise<ImageBitmap> {
   const settings = { kind: "inverse", invalid: null } as const;
-  return bitmap(map, "depth", () =>
-    imageTask("depthBitmap", { data, width, height }, settings, depthWidth),
-  );
+  return cached(map, "depth", () => imageTask("depthBitmap", map, settings, depthWidth));
 }

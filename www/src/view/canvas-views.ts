@@ -1,12 +1,20 @@
 /** Views in the coordinates of the second photo. */
 import { make } from "../dom.js";
 import { percent, size, count } from "../text/numbers.js";
-import { countSet } from "../text/report.js";
+import { imageTask } from "../image-worker/client.js";
 import type { ManyOutcome, Outcome } from "../state.js";
-import { gainBitmap, pictureBitmap, seamBitmap, shownReference, voidsBitmap } from "./bitmaps.js";
+import {
+  gainFieldOf,
+  gainPicture,
+  pictureOf,
+  seamPicture,
+  shownReference,
+  voidsPicture,
+} from "./bitmaps.js";
 import { checkbox, legend, scale } from "./controls.js";
 import { cropOutline, drawOutline } from "./crop-outline.js";
-import { drawGrid } from "./grid.js";
+import { drawGrid, gridOf } from "./grid.js";
+import type { Picture } from "./picture.js";
 import type { Opened, View, ViewContext } from "./view-types.js";
 import type { Scene } from "./viewer.js";
 import type { Extent } from "./viewport.js";
@@ -17,19 +25,10 @@ export function canvasExtent({ result }: Pick<Outcome | ManyOutcome, "result">):
   return { x: -offset.x, y: -offset.y, width: mosaic.width, height: mosaic.height };
 }
 
-/** Draws a bitmap of the canvas at its position. */
-export function drawCanvas(
-  context: CanvasRenderingContext2D,
-  bitmap: ImageBitmap,
-  { x, y, width, height }: Extent,
-): void {
-  context.drawImage(bitmap, x, y, width, height);
-}
-
-/** A bitmap of the canvas, and what is drawn over it. */
+/** A picture of the canvas, and what is drawn over it. */
 export function canvasScene(
   outcome: Outcome | ManyOutcome,
-  bitmap: ImageBitmap,
+  picture: Picture,
   drawOver?: Scene["draw"],
 ): Scene {
   const extent = canvasExtent(outcome);
@@ -37,7 +36,7 @@ export function canvasScene(
     extent,
     space: "canvas",
     draw(context, pixel) {
-      drawCanvas(context, bitmap, extent);
+      picture.draw(context, extent);
       drawOver?.(context, pixel);
     },
   };
@@ -48,9 +47,9 @@ export async function mosaicScene(
   outcome: Outcome | ManyOutcome,
   view: ViewContext,
 ): Promise<Pick<Opened, "scene" | "close">> {
-  const bitmap = await pictureBitmap(outcome.mosaic, outcome);
+  const picture = await pictureOf(outcome.mosaic, outcome, view);
   const saved = cropOutline(outcome, view);
-  return { scene: canvasScene(outcome, bitmap, saved.draw), close: saved.close };
+  return { scene: canvasScene(outcome, picture, saved.draw), close: saved.close };
 }
 
 export const mosaicView: View = {
@@ -78,14 +77,15 @@ export const warpView: View = {
   group: "steps",
   async open(outcome, view) {
     const { result } = outcome;
-    const bitmap = await pictureBitmap(result.warped, outcome);
+    const picture = await pictureOf(result.warped, outcome, view);
     const { width, height } = shownReference(outcome);
     // The grid's lines are straight between its nodes, and a frame is, on a plane only.
     const plane = result.projection === "plane";
+    const mesh = plane ? await gridOf(outcome) : null;
     let [grid, outline] = [plane, plane];
     return {
-      scene: canvasScene(outcome, bitmap, (context, pixel) => {
-        if (grid) drawGrid(context, outcome, pixel);
+      scene: canvasScene(outcome, picture, (context, pixel) => {
+        if (grid && mesh) drawGrid(context, mesh, pixel);
         if (outline) drawOutline(context, { x: 0, y: 0, width, height }, pixel);
       }),
       caption:
@@ -116,10 +116,12 @@ export const gainView: View = {
   group: "steps",
   isAvailable: ({ result }) => result.gains.some((gain) => gain !== 1),
   async open(outcome, view) {
-    const { bitmap, most } = await gainBitmap(outcome, () => view.averaged(outcome));
+    const field = await gainFieldOf(outcome, () => view.averaged(outcome));
+    const picture = await gainPicture(outcome, field, view);
+    const most = 2 ** field.range;
     const [red, green, blue] = outcome.result.gains.map((value) => value.toFixed(2));
     return {
-      scene: canvasScene(outcome, bitmap),
+      scene: canvasScene(outcome, picture),
       caption: `Exposure compensation of the first photo. The mean factors of red, green and blue over the overlap, in linear light, are ${red}, ${green} and ${blue}.`,
       controls: [
         scale("gains", `darker, × ${(1 / most).toFixed(2)}`, `brighter, × ${most.toFixed(2)}`),
@@ -132,12 +134,12 @@ export const seamView: View = {
   id: "seam",
   label: "Seam",
   group: "steps",
-  async open(outcome) {
+  async open(outcome, view) {
     const { seam } = outcome.result;
-    const bitmap = await seamBitmap(outcome, seam);
-    const both = seam.data.includes(3);
+    const picture = await seamPicture(outcome, seam, view);
+    const both = await imageTask("includes", seam, 3);
     return {
-      scene: canvasScene(outcome, bitmap),
+      scene: canvasScene(outcome, picture),
       caption: both
         ? "Where the photos overlap, both are blended."
         : "The photo that each pixel comes from. The seam follows pixels where the photos differ least, which avoids ghosting.",
@@ -156,13 +158,12 @@ export const voidsView: View<Outcome | ManyOutcome> = {
   id: "voids",
   label: "Filled gaps",
   group: "steps",
-  async open(outcome) {
-    const bitmap = await voidsBitmap(outcome);
-    const { voidMask } = outcome.result;
-    const voids = countSet(voidMask.data);
-    const share = percent(voids / voidMask.data.length);
+  async open(outcome, view) {
+    const picture = await voidsPicture(outcome, view);
+    const { voids, voidMask } = outcome.result;
+    const share = percent(voids / (voidMask.width * voidMask.height));
     return {
-      scene: canvasScene(outcome, bitmap),
+      scene: canvasScene(outcome, picture),
       caption:
         voids === 0
           ? `There are no gaps: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`

@@ -1,11 +1,12 @@
 /** Views that compare two images. */
-import type { StitchResult } from "depthstitch";
+import type { PairResult } from "../run/results.js";
 import { make } from "../dom.js";
 import { isDegenerate, methods } from "../run/methods.js";
 import { decibels, percent, similarity } from "../text/numbers.js";
-import { pictureBitmap, shownReference } from "./bitmaps.js";
-import { canvasExtent, drawCanvas } from "./canvas-views.js";
+import { pictureOf, shownReference } from "./bitmaps.js";
+import { canvasExtent } from "./canvas-views.js";
 import { selection } from "./controls.js";
+import type { Picture } from "./picture.js";
 import type { View, ViewContext } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
@@ -18,16 +19,16 @@ export const compareView: View = {
   group: "result",
   async open(outcome, view) {
     const offered = methods.filter((method) => !isDegenerate(method, outcome));
-    const after = await pictureBitmap(outcome.mosaic, outcome);
+    const after = await pictureOf(outcome.mosaic, outcome, view);
     const afterExtent = canvasExtent(outcome);
-    let before: { bitmap: ImageBitmap; extent: Extent; label: string } | null = null;
+    let before: { picture: Picture; extent: Extent; label: string } | null = null;
     const choose = async (id: string) => {
       const method = offered.find((offer) => offer.id === id) ?? offered[0];
       if (!method) return;
       comparison.method = method.id;
       const result = await view.resultBy(method, outcome);
       before = {
-        bitmap: await pictureBitmap(result.mosaic, outcome),
+        picture: await pictureOf(result.mosaic, outcome, view),
         extent: canvasExtent({ result }),
         label: `${method.label} · ${agreement(result)}`,
       };
@@ -53,11 +54,9 @@ export const compareView: View = {
           const { width, height } = context.canvas;
           const at = comparison.share * width;
           clipped(context, [0, 0, at, height], () => {
-            if (before) drawCanvas(context, before.bitmap, before.extent);
+            before?.picture.draw(context, before.extent);
           });
-          clipped(context, [at, 0, width - at, height], () =>
-            drawCanvas(context, after, afterExtent),
-          );
+          clipped(context, [at, 0, width - at, height], () => after.draw(context, afterExtent));
           drawDivider(context, at);
           drawLabel(context, before?.label ?? "", at, "right");
           drawLabel(context, `depthstitch · ${agreement(outcome.result)}`, at, "left");
@@ -85,7 +84,7 @@ function makeSlider(view: ViewContext): HTMLInputElement {
   return slider;
 }
 
-function agreement({ quality }: StitchResult): string {
+function agreement({ quality }: PairResult): string {
   return `${decibels(quality.psnrMask)}, SSIM ${similarity(quality.ssimMask)} over ${percent(quality.coverage)}`;
 }
 
@@ -180,8 +179,8 @@ export const blinkView: View = {
     const { result } = outcome;
     const shown = shownReference(outcome);
     const [warped, reference] = await Promise.all([
-      pictureBitmap(result.warped, outcome),
-      pictureBitmap(shown, outcome),
+      pictureOf(result.warped, outcome, view),
+      pictureOf(shown, outcome, view),
     ]);
     const { width, height } = shown;
     let first = false;
@@ -218,8 +217,8 @@ export const blinkView: View = {
           context.beginPath();
           context.rect(0, 0, width, height);
           context.clip();
-          context.drawImage(reference, 0, 0, width, height);
-          if (first) drawCanvas(context, warped, canvasExtent(outcome));
+          reference.draw(context, { x: 0, y: 0, width, height });
+          if (first) warped.draw(context, canvasExtent(outcome));
           context.restore();
           drawLabel(context, words(), 0, "left");
         },

@@ -1,23 +1,28 @@
-import type { Model, StitchResult } from "depthstitch";
+import type { Model } from "depthstitch";
+import { imageTask } from "../image-worker/client.js";
+import type { PairResult } from "../run/results.js";
 import type { Outcome } from "../state.js";
 
 /** Cells along the longer side of the photo, on a wide screen and on a narrow one. */
 const cells = { wide: 40, narrow: 24 };
 
-interface Mesh {
+export interface Grid {
   readonly columns: number;
   readonly rows: number;
   /** x, y of each vertex in row-major order; NaN if undefined. */
   readonly at: Float64Array;
 }
 
-const meshes = new WeakMap<StitchResult, Mesh>();
+const grids = new WeakMap<PairResult, Promise<Grid>>();
 
-/** Draws a regular grid over the target, warped by the forward model. */
-export function drawGrid(context: CanvasRenderingContext2D, outcome: Outcome, pixel: number): void {
-  const { result } = outcome;
-  const mesh = meshes.get(result) ?? makeMesh(outcome);
-  meshes.set(result, mesh);
+/** A regular grid over the target, warped by the forward model. */
+export function gridOf(outcome: Outcome): Promise<Grid> {
+  const grid = grids.get(outcome.result) ?? makeGrid(outcome);
+  grids.set(outcome.result, grid);
+  return grid;
+}
+
+export function drawGrid(context: CanvasRenderingContext2D, mesh: Grid, pixel: number): void {
   const path = new Path2D();
   const edge = (from: number, to: number) => {
     const [x0 = NaN, y0 = NaN] = mesh.at.subarray(2 * from, 2 * from + 2);
@@ -41,28 +46,27 @@ export function drawGrid(context: CanvasRenderingContext2D, outcome: Outcome, pi
   context.stroke(path);
 }
 
-function makeMesh({ job, result }: Outcome): Mesh {
+async function makeGrid({ job, result }: Outcome): Promise<Grid> {
   const { width, height } = job.target;
   const count = matchMedia("(max-width: 560px)").matches ? cells.narrow : cells.wide;
   const cell = Math.max(width, height) / count;
   const columns = Math.round(width / cell) + 1;
   const rows = Math.round(height / cell) + 1;
-  const at = new Float64Array(2 * columns * rows);
-  for (let row = 0; row < rows; row++) {
-    const y = (row / (rows - 1)) * (height - 1);
-    for (let column = 0; column < columns; column++) {
-      const x = (column / (columns - 1)) * (width - 1);
-      const [u, v] = mapped(result.forward, x, y, depthAt(result, x, y));
-      // Pixel centres are integers in the model and half-integers on the canvas.
-      at.set([u + 0.5, v + 0.5], 2 * (row * columns + column));
-    }
+  const nodes = Float64Array.from({ length: 2 * columns * rows }, (_, i) => {
+    const node = Math.floor(i / 2);
+    const [column, row] = [node % columns, Math.floor(node / columns)];
+    return i % 2 === 0 ? (column / (columns - 1)) * (width - 1) : (row / (rows - 1)) * (height - 1);
+  });
+  const { targetDepth } = result;
+  const depth = targetDepth && (await imageTask("valuesAt", targetDepth, nodes));
+  const at = new Float64Array(nodes.length);
+  for (let node = 0; node < columns * rows; node++) {
+    const [x = 0, y = 0] = nodes.subarray(2 * node, 2 * node + 2);
+    const [u, v] = mapped(result.forward, x, y, depth?.[node] ?? 0);
+    // Pixel centres are integers in the model and half-integers on the canvas.
+    at.set([u + 0.5, v + 0.5], 2 * node);
   }
   return { columns, rows, at };
-}
-
-function depthAt({ targetDepth }: StitchResult, x: number, y: number): number {
-  if (!targetDepth) return 0;
-  return targetDepth.data[Math.round(y) * targetDepth.width + Math.round(x)] ?? Number.NaN;
 }
 
 /** x' ~ h·(x, y, 1) + e·d; NaN behind the camera. */

@@ -1,10 +1,14 @@
 /** Views of the two photos side by side. */
+import type { DepthOutput } from "depthstitch";
+import type { Held } from "../image-worker/held.js";
 import type { Outcome } from "../state.js";
 import { count, percent } from "../text/numbers.js";
-import { depthBitmap, pictureBitmap } from "./bitmaps.js";
+import { depthBitmap, pictureOf } from "./bitmaps.js";
 import { checkbox } from "./controls.js";
+import type { Picture } from "./picture.js";
 import type { View } from "./view-types.js";
 import type { Scene } from "./viewer.js";
+import type { Extent } from "./viewport.js";
 
 /** The layout of the two photos: side by side, or one below the other on narrow screens. */
 interface Layout {
@@ -29,10 +33,13 @@ function layoutOf({ job: { target, reference } }: Outcome): Layout {
       };
 }
 
+/** Draws one of two images to its place. */
+type Draw = (context: CanvasRenderingContext2D, extent: Extent) => void;
+
 /** A scene of two images side by side with an overlay. */
 function pairScene(
   outcome: Outcome,
-  bitmaps: () => readonly (readonly [ImageBitmap, ImageBitmap])[],
+  images: () => readonly [Draw, Draw],
   over?: (context: CanvasRenderingContext2D, layout: Layout, pixel: number) => void,
 ): Scene {
   const { target, reference } = outcome.job;
@@ -41,11 +48,9 @@ function pairScene(
     extent: { x: 0, y: 0, width: layout.width, height: layout.height },
     space: "pair",
     draw(context, pixel) {
-      for (const [first, second] of bitmaps()) {
-        context.drawImage(first, 0, 0, target.width, target.height);
-        const { x, y } = layout.second;
-        context.drawImage(second, x, y, reference.width, reference.height);
-      }
+      const [first, second] = images();
+      first(context, { x: 0, y: 0, width: target.width, height: target.height });
+      second(context, { ...layout.second, width: reference.width, height: reference.height });
       over?.(context, layout, pixel);
     },
   };
@@ -64,11 +69,11 @@ export const matchesView: View = {
     const { job, result } = outcome;
     const { targetDepth, referenceDepth } = result;
     const photos = await both(
-      pictureBitmap(job.target, outcome),
-      pictureBitmap(job.reference, outcome),
+      drawn(pictureOf(job.target.pixels, outcome, view)),
+      drawn(pictureOf(job.reference.pixels, outcome, view)),
     );
     const shown = { inliers: true, outliers: true, lines: false, depth: false };
-    let depth: readonly [ImageBitmap, ImageBitmap] | null = null;
+    let depth: readonly [Draw, Draw] | null = null;
     const toggle = (key: keyof typeof shown, text: string, swatch = "") =>
       checkbox(
         text,
@@ -83,8 +88,8 @@ export const matchesView: View = {
       checkbox("Depth", false, (on) => {
         shown.depth = on;
         if (!on || depth || !targetDepth || !referenceDepth) return view.redraw();
-        void both(depthBitmap(targetDepth), depthBitmap(referenceDepth)).then((bitmaps) => {
-          depth = bitmaps;
+        void both(drawnMap(targetDepth), drawnMap(referenceDepth)).then((maps) => {
+          depth = maps;
           view.redraw();
         });
       });
@@ -92,7 +97,7 @@ export const matchesView: View = {
     return {
       scene: pairScene(
         outcome,
-        () => [shown.depth && depth ? depth : photos],
+        () => (shown.depth && depth ? depth : photos),
         (context, layout, pixel) => drawMatches(context, outcome, layout, shown, pixel),
       ),
       caption:
@@ -160,13 +165,13 @@ export const depthView: View = {
     const { result, job, settings } = outcome;
     const { targetDepth, referenceDepth } = result;
     if (!targetDepth || !referenceDepth) throw new Error("This result has no depth.");
-    const bitmaps = await both(depthBitmap(targetDepth), depthBitmap(referenceDepth));
+    const maps = await both(drawnMap(targetDepth), drawnMap(referenceDepth));
     const given = job.targetDepth ?? job.referenceDepth;
     const network = settings.depthModel === "onnx" ? "the custom network" : "Depth Anything";
     const source =
       settings.depthSource === "model" ? `estimated by ${network}` : "from the depth maps";
     return {
-      scene: pairScene(outcome, () => [bitmaps]),
+      scene: pairScene(outcome, () => maps),
       caption: given
         ? `Inverse depth ${source}, refined by stereo matching. Yellow is near, violet is far.`
         : "Inverse depth, computed from the two photos. Yellow is near, violet is far.",
@@ -174,9 +179,16 @@ export const depthView: View = {
   },
 };
 
-async function both(
-  first: Promise<ImageBitmap>,
-  second: Promise<ImageBitmap>,
-): Promise<readonly [ImageBitmap, ImageBitmap]> {
+async function drawn(picture: Promise<Picture>): Promise<Draw> {
+  const made = await picture;
+  return (context, extent) => made.draw(context, extent);
+}
+
+async function drawnMap(map: Held<DepthOutput>): Promise<Draw> {
+  const bitmap = await depthBitmap(map);
+  return (context, { x, y, width, height }) => context.drawImage(bitmap, x, y, width, height);
+}
+
+async function both(first: Promise<Draw>, second: Promise<Draw>): Promise<readonly [Draw, Draw]> {
   return Promise.all([first, second]);
 }

@@ -3,7 +3,8 @@ import { byId, make } from "../dom.js";
 import { graphView } from "../many/graph-view.js";
 import { manyMosaicView, manySeamView } from "../many/views.js";
 import { jobFor } from "../run/methods.js";
-import { resultOf } from "../run/results.js";
+import { taken } from "../image-worker/client.js";
+import { resultOf, warpedOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { ManyOutcome, Outcome, Store } from "../state.js";
 import { shownReference } from "./bitmaps.js";
@@ -207,9 +208,10 @@ function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): Vi
     async averaged(outcome) {
       const { result, job } = outcome;
       const plain = { ...job.options, seam: "none", blending: "average" } as const;
-      const blended = await computed((call) =>
-        blend(result, shownReference(outcome), { ...plain, ...call }),
-      );
+      const blended = await computed(async (call) => {
+        const reference = await taken(shownReference(outcome));
+        return blend(await warpedOf(result), reference, { ...plain, ...call, transfer: true });
+      });
       return blended.mosaic;
     },
   };

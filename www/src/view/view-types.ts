@@ -1,5 +1,6 @@
-import type { ImageOutput, StitchResult } from "depthstitch";
+import type { ImageOutput } from "depthstitch";
 import type { Method } from "../run/methods.js";
+import type { PairResult } from "../run/results.js";
 import type { Outcome } from "../state.js";
 import type { Scene } from "./viewer.js";
 
@@ -10,7 +11,7 @@ export interface ViewContext {
   /** Opens the settings of the depth network. */
   offerDepth(): void;
   /** Stitches the photos of the outcome by another method, unless the result is cached. */
-  resultBy(method: Method, outcome: Outcome): Promise<StitchResult>;
+  resultBy(method: Method, outcome: Outcome): Promise<PairResult>;
   /** The mosaic with average blending, with exposure compensation as in the outcome. */
   averaged(outcome: Outcome): Promise<ImageOutput>;
 }
