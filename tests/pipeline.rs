@@ -3,12 +3,11 @@
 
 mod scene;
 
-use depthstitch::features::{detect, track};
-use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, ModelKind, Threshold, estimate};
+use depthstitch::geometry::{Calibration, EstimateOptions, Match, ModelKind};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::pipeline::{Known, Options, Stitched, align, stitch, stitch_known};
+use depthstitch::pipeline::{Options, Stitched, align, stitch};
 use depthstitch::report::Warning;
-use depthstitch::{InverseDepth, Rect, View};
+use depthstitch::{InverseDepth, Rect};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -261,21 +260,6 @@ fn inexact_maps_are_corrected_outside_as_well() {
 }
 
 #[test]
-fn matches_are_found_when_none_are_given() {
-    let scene = scene::gallery();
-    let photos = Photos::of(&scene.render(360, 240), &NOISY);
-    let found = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut ()).unwrap();
-    let matches = found.matches.unwrap();
-    assert_eq!(found.geometry.inliers.len(), matches.len());
-    let inliers = found.geometry.inliers.iter().filter(|inlier| **inlier).count();
-    assert!(inliers > 60 && 10 * inliers > 7 * matches.len(), "{inliers} of {}", matches.len());
-    let given =
-        stitch(Some(&photos.matches), photos.target(), photos.reference(), &Options::default(), &mut ()).unwrap();
-    assert!(given.matches.is_none());
-    assert!(found.quality.ssim_mask > given.quality.ssim_mask - 0.03);
-}
-
-#[test]
 fn crops_hold_nothing_empty_and_leave_nothing_out() {
     let scene = scene::gallery();
     let found = run(&Photos::of(&render(&scene), &NOISY), &Options::default());
@@ -366,80 +350,4 @@ fn a_homography_has_no_depth() {
             assert_eq!(aligned.depth, [None, None]);
         }
     }
-}
-
-/// Guided matching is an attempt to do better: where its fit fails, the first one counts.
-#[test]
-fn a_guided_fit_that_fails_leaves_the_first_one() {
-    let scene = scene::gallery();
-    let photos = Photos::of(&render(&scene), &NOISY);
-    let views = [photos.target(), photos.reference()].map(|view| depthstitch::View { depth: None, ..view });
-    let mut compared = 0;
-    for seed in 1..=24 {
-        let mut options = Options { refine: None, fill: None, ..Options::default() };
-        // Few samples: whether they hit a good one is luck.
-        (options.estimate.seed, options.estimate.max_trials) = (seed, 3);
-        options.features.matching.ratio = 0.95;
-        let first = Options {
-            features: depthstitch::pipeline::FeatureOptions { guided: false, ..options.features.clone() },
-            ..options.clone()
-        };
-        if align(None, views[0], views[1], &first, &mut ()).is_ok() {
-            compared += 1;
-            let guided = align(None, views[0], views[1], &options, &mut ());
-            assert!(guided.is_ok(), "seed {seed}: {:?}", guided.err());
-        }
-    }
-    println!("{compared} first fits");
-    assert!(compared > 0);
-}
-
-/// Moves a rectangle of a photo down by a pixel, as something that moved between the photos.
-fn move_down(image: &mut depthstitch::Image, [left, top, right, bottom]: [usize; 4]) {
-    let width = image.width();
-    let pixels = image.pixels_mut();
-    for y in (top..bottom).rev() {
-        pixels.copy_within((y - 1) * width + left..(y - 1) * width + right, y * width + left);
-    }
-}
-
-/// Of the tracked points those are counted that were fitted, not those that the fit rejected.
-#[test]
-fn tracked_points_count_when_they_were_fitted() {
-    let scene = scene::gallery();
-    let mut photos = Photos::of(&render(&scene), &EXACT);
-    move_down(&mut photos.reference, [100, 60, 180, 120]);
-    let (target, reference) = (photos.target(), photos.reference());
-    let mut options = Options::default();
-    options.estimate.threshold = Threshold::Pixels(0.5);
-    let found = align(Some(&photos.matches), target, reference, &options, &mut ()).unwrap();
-    let frames = [target, reference].map(|view| Frame { size: SIZE, depth: view.depth });
-    let first = estimate(&photos.matches, frames[0], frames[1], &options.estimate, &mut ()).unwrap();
-    let mut all = photos.matches.clone();
-    let map = photos.reference_depth.as_ref().unwrap();
-    track(target.image, reference.image, map, &first.reverse, &mut all, &mut ()).unwrap();
-    let both = estimate(&all, frames[0], frames[1], &options.estimate, &mut ()).unwrap();
-    let [tracked, fitted] = [&vec![true; all.len()], &both.inliers]
-        .map(|flags| flags[photos.matches.len()..].iter().filter(|flag| **flag).count());
-    assert!(0 < fitted && fitted < tracked, "{fitted} of {tracked} are fitted");
-    assert_eq!(found.geometry.tracked, fitted);
-}
-
-#[test]
-fn known_features_change_nothing_and_have_to_be_of_the_photos() {
-    let photos = Photos::of(&render(&scene::gallery()), &EXACT);
-    let [target, reference] = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
-    let options = Options::default();
-    let features = [target, reference].map(|view| detect(view.image, &options.features.detect, &mut ()).unwrap());
-    let known = Known { matches: None, features: Some(features.clone()) };
-    let found = stitch_known(known, target, reference, &options, &mut ()).unwrap();
-    let detected = stitch(None, target, reference, &options, &mut ()).unwrap();
-    assert_eq!((found.matches, found.geometry.forward), (detected.matches, detected.geometry.forward));
-    assert_eq!((found.warped.image, found.mosaic), (detected.warped.image, detected.mosaic));
-
-    let [mut narrow, other] = features;
-    narrow.size.0 -= 1;
-    let known = Known { matches: None, features: Some([narrow, other]) };
-    let error = stitch_known(known, target, reference, &options, &mut ()).unwrap_err();
-    assert_eq!((error.code(), error.details()), ("invalid-argument", [("value", 239.0)].to_vec()));
 }
