@@ -1,5 +1,5 @@
-// The inputs of a pair, and the files they come from.
 import type { DepthMap, Photo } from "./image-worker/contents.js";
+// The inputs of a pair, and the files they come from.
 
 /** The decoded content of each input. */
 export interface Contents {

@@ -1,9 +1,9 @@
 import type { Options, Progress, StitchManyResult } from "depthstitch";
+import type { DepthMap, Photo } from "./image-worker/contents.js";
 import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js";
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
-import type { Kept, PairResult } from "./run/results.js";
-import type { DepthMap, Photo } from "./image-worker/contents.js";
+import type { Kept, PairResult } from "./run/kept.js";
 import type { Loaded, PhotoSlot, SlotName, Slots } from "./slots.js";
 
 export * from "./slots.js";

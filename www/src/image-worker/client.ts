@@ -1,6 +1,5 @@
+import type { Held, Lodged, Photo, Pixels } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
-import type { Photo } from "./contents.js";
-import type { Held, Pixels } from "./held.js";
 import type { Reply, Request, TaskName, Tasks } from "./tasks.js";
 
 interface Waiting {
@@ -11,12 +10,6 @@ interface Waiting {
 /** The arguments of a task, where arrays that the worker holds may stand for themselves. */
 type Arguments<A extends readonly unknown[]> = {
   [K in keyof A]: A[K] extends Pixels ? A[K] | Held<A[K]> : A[K];
-};
-/** What the main thread keeps of a value: of large arrays only that the worker holds them. */
-export type Lodged<T> = {
-  [K in keyof T]: NonNullable<T[K]> extends Pixels
-    ? Held<NonNullable<T[K]>> | Exclude<T[K], Pixels>
-    : T[K];
 };
 
 const waiting = new Map<number, Waiting>();

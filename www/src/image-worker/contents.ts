@@ -1,11 +1,42 @@
-/** Decoded files. */
-import type { Held } from "./held.js";
-import type { Rgba } from "./paint.js";
+/** Decoded files, and other arrays of pixels. */
 
 export interface Size {
   readonly width: number;
   readonly height: number;
 }
+
+/** A part of a picture. */
+export interface Rect extends Size {
+  readonly x: number;
+  readonly y: number;
+}
+
+/** An array of pixels, row by row. */
+export interface Pixels extends Size {
+  readonly data:
+    | Uint8ClampedArray<ArrayBuffer>
+    | Uint8Array<ArrayBuffer>
+    | Uint16Array<ArrayBuffer>
+    | Float32Array<ArrayBuffer>;
+}
+export interface Rgba extends Size {
+  readonly data: Uint8ClampedArray<ArrayBuffer>;
+}
+export interface Bytes extends Size {
+  readonly data: Uint8Array<ArrayBuffer>;
+}
+
+/** What the main thread has of an array that the image worker holds. */
+export type Held<T extends Pixels = Pixels> = Omit<T, "data"> & {
+  readonly held: number;
+  readonly bytes: number;
+};
+/** What the main thread keeps of a value whose large arrays the image worker holds. */
+export type Lodged<T> = {
+  [K in keyof T]: NonNullable<T[K]> extends Pixels
+    ? Held<NonNullable<T[K]>> | Exclude<T[K], Pixels>
+    : T[K];
+};
 
 /** A photo with its orientation applied, downscaled to the limit. */
 export interface Photo extends Size {

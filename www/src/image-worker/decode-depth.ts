@@ -1,6 +1,6 @@
 import { FileError, parseNpy } from "depthstitch/cases";
-import { InputFileError } from "../input-file-error.js";
 import type { DepthMap } from "./contents.js";
+import { InputFileError } from "../input-file-error.js";
 import { maxPixels } from "./decode-photo.js";
 import { isPfm, readPfm } from "./pfm.js";
 

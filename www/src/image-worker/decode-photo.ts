@@ -1,8 +1,7 @@
+import type { Photo, Rgba } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
 import { colourSpaceOf } from "./colour-space.js";
-import type { Photo } from "./contents.js";
 import { hold } from "./held.js";
-import type { Rgba } from "./paint.js";
 import { headerBytes, readHeader } from "./photo-header.js";
 
 /** Larger canvases are not supported by all browsers. */

@@ -1,5 +1,5 @@
-import type { DepthSettings } from "../state.js";
 import type { DepthMap } from "./contents.js";
+import type { DepthSettings } from "../state.js";
 
 /** Nine colours of viridis, far to near, a perceptually uniform colour map. */
 const anchors: readonly (readonly [number, number, number])[] = [

@@ -1,10 +1,4 @@
-import type { Size } from "./contents.js";
-import type { Rgba } from "./paint.js";
-
-export interface Rect extends Size {
-  readonly x: number;
-  readonly y: number;
-}
+import type { Rect, Rgba, Size } from "./contents.js";
 
 export type Format = "png" | "jpeg";
 

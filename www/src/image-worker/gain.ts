@@ -1,5 +1,6 @@
 /** Visualizes the exposure compensation of the first photo, from its luminance before and after. */
-import { tinted, type Rgba, type Shown } from "./paint.js";
+import type { Rgba } from "./contents.js";
+import { tinted, type Shown } from "./paint.js";
 
 /** The gain in octaves, in square cells. */
 export interface GainField {

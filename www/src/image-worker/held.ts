@@ -1,20 +1,5 @@
+import type { Held, Pixels } from "./contents.js";
 /** The large arrays that the image worker holds: pictures and maps, which the main thread would take too long to copy. */
-import type { Size } from "./contents.js";
-
-/** An array of pixels, row by row. */
-export interface Pixels extends Size {
-  readonly data:
-    | Uint8ClampedArray<ArrayBuffer>
-    | Uint8Array<ArrayBuffer>
-    | Uint16Array<ArrayBuffer>
-    | Float32Array<ArrayBuffer>;
-}
-
-/** What the main thread has of an array that the image worker holds. */
-export type Held<T extends Pixels = Pixels> = Omit<T, "data"> & {
-  readonly held: number;
-  readonly bytes: number;
-};
 
 interface Entry {
   /** Null for what was taken. */

@@ -1,15 +1,7 @@
 /** Visualizations of a result, drawn off the main thread: of a part of a picture, at the size that it is shown in. */
+import type { Bytes, DepthMap, Rect, Rgba, Size } from "./contents.js";
 import type { DepthSettings } from "../state.js";
-import type { DepthMap, Size } from "./contents.js";
 import { paintDepth } from "./depth-colours.js";
-import type { Rect } from "./encode.js";
-
-export interface Rgba extends Size {
-  readonly data: Uint8ClampedArray<ArrayBuffer>;
-}
-export interface Bytes extends Size {
-  readonly data: Uint8Array<ArrayBuffer>;
-}
 
 /** A part of a picture, and the size that it is shown in. */
 export interface Shown {

@@ -1,5 +1,5 @@
-import { InputFileError } from "../input-file-error.js";
 import type { DepthMap } from "./contents.js";
+import { InputFileError } from "../input-file-error.js";
 
 export function isPfm(bytes: ArrayBuffer): boolean {
   return /^P[fF]\s/.test(text(bytes, 3));

@@ -1,5 +1,6 @@
+import type { Held } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
-import { endReading, read, type Held } from "./held.js";
+import { endReading, read } from "./held.js";
 import { tasks, type Reply, type Request } from "./tasks.js";
 
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */

@@ -1,7 +1,7 @@
+import type { Photo } from "../image-worker/contents.js";
 import { byId, find, make } from "../dom.js";
 import { slotNames, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
-import type { Photo } from "../image-worker/contents.js";
 import { count, percent, size, smallAfterLimit } from "../text/numbers.js";
 import type { InputLoader } from "./load-inputs.js";
 import { drawThumbnail } from "./thumbnails.js";

@@ -1,7 +1,7 @@
+import type { Size } from "../image-worker/contents.js";
 import { context2d } from "../dom.js";
 import type { Slots, State } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
-import type { Size } from "../image-worker/contents.js";
 import { colours } from "../image-worker/depth-colours.js";
 
 /** Twice the width of the widest card, for high-density screens. */

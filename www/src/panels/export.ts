@@ -1,11 +1,9 @@
+import type { Held, Rect, Rgba, Size } from "../image-worker/contents.js";
 import { byId, onClick, setEnabled } from "../dom.js";
 import { manyReportJson } from "../many/report-text.js";
 import { coloursOf, type ManyOutcome, type Outcome, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
-import type { Format, Rect } from "../image-worker/encode.js";
-import type { Held } from "../image-worker/held.js";
-import type { Rgba } from "../image-worker/paint.js";
-import type { Size } from "../image-worker/contents.js";
+import type { Format } from "../image-worker/encode.js";
 import { reportJson } from "../text/report.js";
 import { linkOf } from "../settings-link.js";
 import { baseName } from "../text/file-names.js";

@@ -1,6 +1,7 @@
 import { byId, context2d, find, make, onClick, setEnabled } from "../dom.js";
 import { isDegenerate, jobFor, methods, type Method } from "../run/methods.js";
-import { resultOf, type PairResult } from "../run/results.js";
+import type { PairResult } from "../run/kept.js";
+import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { Outcome, Store } from "../state.js";
 import { smallBitmap } from "../view/bitmaps.js";

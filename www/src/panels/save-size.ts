@@ -1,6 +1,5 @@
+import type { Photo, Rect } from "../image-worker/contents.js";
 import { byId, onClick } from "../dom.js";
-import type { Photo } from "../image-worker/contents.js";
-import type { Rect } from "../image-worker/encode.js";
 import type { ManyOutcome, Outcome, Store } from "../state.js";
 import { count, percent, size } from "../text/numbers.js";
 

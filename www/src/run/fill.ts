@@ -1,6 +1,5 @@
+import type { Bytes, Held, Rgba } from "../image-worker/contents.js";
 import { hold, taken } from "../image-worker/client.js";
-import type { Held } from "../image-worker/held.js";
-import type { Bytes, Rgba } from "../image-worker/paint.js";
 import { runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import type { Settings } from "../state.js";

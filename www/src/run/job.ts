@@ -1,6 +1,5 @@
 import type { DepthInput, DepthOutput, Options } from "depthstitch";
-import type { Held } from "../image-worker/held.js";
-import type { Photo, Size } from "../image-worker/contents.js";
+import type { Held, Photo, Size } from "../image-worker/contents.js";
 
 /** A depth map of a photo: of a file or a network, or of an earlier result. */
 export type JobDepth = DepthInput | Held<DepthOutput>;

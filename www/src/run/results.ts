@@ -5,12 +5,9 @@ import {
   type StitchResult,
   type Warped,
 } from "depthstitch";
-import { imageTask, lodged, taken, type Lodged } from "../image-worker/client.js";
+import { imageTask, lodged, taken } from "../image-worker/client.js";
 import { keyOf, type Job, type JobDepth } from "./job.js";
-
-/** A result whose pictures and maps are held by the image worker, with the number of void pixels. */
-export type Kept<R> = Lodged<R> & { readonly voids: number };
-export type PairResult = Kept<StitchResult>;
+import type { Kept, PairResult } from "./kept.js";
 
 /** Size limit of the cache; results take tens of megabytes each. */
 const cacheBytes = 400e6;

@@ -1,4 +1,5 @@
 import type { CallOptions } from "depthstitch";
+import type { DepthMap, Photo } from "../image-worker/contents.js";
 import type { InputLoader } from "../inputs/load-inputs.js";
 import { byId, onClick, setEnabled } from "../dom.js";
 import { NetworkError, runNetwork } from "../networks/client.js";
@@ -13,7 +14,6 @@ import {
   type Store,
 } from "../state.js";
 import { taken } from "../image-worker/client.js";
-import type { DepthMap, Photo } from "../image-worker/contents.js";
 import { errorMessage } from "../text/errors.js";
 import { seconds } from "../text/numbers.js";
 import { depthStatus, fillStatus } from "../text/networks.js";

@@ -1,7 +1,7 @@
 import type { FitReport } from "depthstitch";
-import type { PairResult } from "../run/results.js";
-import type { Outcome, Running, Settings } from "../state.js";
 import type { Photo } from "../image-worker/contents.js";
+import type { PairResult } from "../run/kept.js";
+import type { Outcome, Running, Settings } from "../state.js";
 import { count, decibels, percent, pixels, seconds, similarity } from "./numbers.js";
 
 /** In the order in which they are run. */

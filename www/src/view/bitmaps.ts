@@ -1,10 +1,9 @@
 import type { DepthOutput } from "depthstitch";
+import type { Bytes, Held, Rgba, Size } from "../image-worker/contents.js";
 import { coloursOf, type ManyOutcome, type Outcome } from "../state.js";
 import { hold, imageTask } from "../image-worker/client.js";
-import type { Size } from "../image-worker/contents.js";
 import type { GainField } from "../image-worker/gain.js";
-import type { Held } from "../image-worker/held.js";
-import type { Bytes, Rgba, Shown } from "../image-worker/paint.js";
+import type { Shown } from "../image-worker/paint.js";
 import { Picture } from "./picture.js";
 import type { ViewContext } from "./view-types.js";
 

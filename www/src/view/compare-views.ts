@@ -1,5 +1,5 @@
 /** Views that compare two images. */
-import type { PairResult } from "../run/results.js";
+import type { PairResult } from "../run/kept.js";
 import { make } from "../dom.js";
 import { isDegenerate, methods } from "../run/methods.js";
 import { decibels, percent, similarity } from "../text/numbers.js";

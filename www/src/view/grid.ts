@@ -1,6 +1,6 @@
 import type { Model } from "depthstitch";
 import { imageTask } from "../image-worker/client.js";
-import type { PairResult } from "../run/results.js";
+import type { PairResult } from "../run/kept.js";
 import type { Outcome } from "../state.js";
 
 /** Cells along the longer side of the photo, on a wide screen and on a narrow one. */

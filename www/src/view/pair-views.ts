@@ -1,6 +1,6 @@
 /** Views of the two photos side by side. */
 import type { DepthOutput } from "depthstitch";
-import type { Held } from "../image-worker/held.js";
+import type { Held } from "../image-worker/contents.js";
 import type { Outcome } from "../state.js";
 import { count, percent } from "../text/numbers.js";
 import { depthBitmap, pictureOf } from "./bitmaps.js";

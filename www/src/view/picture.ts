@@ -1,5 +1,4 @@
-import type { Size } from "../image-worker/contents.js";
-import type { Rect } from "../image-worker/encode.js";
+import type { Rect, Size } from "../image-worker/contents.js";
 import type { Shown } from "../image-worker/paint.js";
 import type { Extent } from "./viewport.js";
 

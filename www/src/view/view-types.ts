@@ -1,6 +1,6 @@
 import type { ImageOutput } from "depthstitch";
 import type { Method } from "../run/methods.js";
-import type { PairResult } from "../run/results.js";
+import type { PairResult } from "../run/kept.js";
 import type { Outcome } from "../state.js";
 import type { Scene } from "./viewer.js";
 

@@ -1,5 +1,5 @@
-import { byId, context2d } from "../dom.js";
 import type { Size } from "../image-worker/contents.js";
+import { byId, context2d } from "../dom.js";
 import { clampView, fit, panned, zoomed, type Extent, type Viewport } from "./viewport.js";
 
 /** A drawing in its own coordinates. */
