@@ -7,7 +7,7 @@
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
 use crate::mosaic::{Blending, FillMethod, Seam};
-use crate::warp::{Projection, WarpMode};
+use crate::warp::{MOST_KEPT, Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
 
 /// Width and height in pixels.
@@ -265,6 +265,8 @@ impl<'a> Memory<'a> {
             (0, 0) => self.photos()[0],
             (columns, rows) => (u64::from(columns) + 1) * (u64::from(rows) + 1),
         };
+        // Of more, two rows.
+        let vertices = if vertices > MOST_KEPT as u64 { 0 } else { vertices };
         let maps = self.maps().into_iter().fold(self.projected(), u64::saturating_add);
         let canvas = |own: u64| maps.saturating_add(canvas.saturating_mul(CANVAS + self.confidence() + own));
         let depth = if self.parallax().0 && self.options.warp.mode != WarpMode::Forward { MAP } else { 0 };

@@ -31,90 +31,184 @@ pub(super) struct Map<'a> {
     pub limits: Limits,
 }
 
+/// Vertices of which all rows are kept, at most. More are mapped again whenever they are needed: that takes little of a warp's time,
+/// but 8 bytes each a tenth of its memory.
+pub(crate) const MOST_KEPT: usize = 1 << 22;
+
 /// The mapped vertices of C₁×C₂ cells over the target.
-pub(super) struct VertexGrid {
-    /// Columns and rows of cells.
-    pub cells: [usize; 2],
-    /// Width and height of a cell in target pixels: vertex (i, j) lies at (i, j) times this.
-    pub step: [f64; 2],
-    /// Mapped x and y in reference pixels, row by row; rows are filled up with [`INVALID`] to `stride`.
-    x: Vec<i32>,
-    y: Vec<i32>,
-    stride: usize,
+pub(super) struct VertexGrid<'a> {
+    mapping: Mapping<'a>,
+    /// All rows, unless they are too many.
+    kept: Option<Vertices>,
     /// Smallest and largest mapped x and y.
     pub bounds: [f64; 4],
     /// Whether a vertex lay beyond the canvas limit.
     pub clipped: bool,
 }
 
-impl VertexGrid {
+impl<'a> VertexGrid<'a> {
     /// Maps all vertices. `no-overlap` when none lands on the canvas.
     pub fn map(
         size: (usize, usize),
-        depth: Option<&InverseDepth>,
-        map: &Map<'_>,
+        depth: Option<&'a InverseDepth>,
+        map: &'a Map<'a>,
+        cells: (u32, u32),
+    ) -> Result<Self> {
+        Self::keeping(MOST_KEPT, size, depth, map, cells)
+    }
+
+    /// As [`map`](Self::map), with so many vertices kept at most.
+    fn keeping(
+        most_kept: usize,
+        size: (usize, usize),
+        depth: Option<&'a InverseDepth>,
+        map: &'a Map<'a>,
         (columns, rows): (u32, u32),
     ) -> Result<Self> {
         let ((columns, dx), (rows, dy)) = (axis(columns, size.0), axis(rows, size.1));
-        let stride = columns.next_multiple_of(LANES) + LANES;
-        let mut px: Vec<i32> = zeroed(stride * (rows + 1))?;
-        let mut py: Vec<i32> = zeroed(stride * (rows + 1))?;
-        let none = i32x4::splat(INVALID);
-        let (mut clipped, mut least, mut most) = (f64x2::splat(0.0), [i32x4::splat(i32::MAX); 2], [none; 2]);
         // With a vertex at every pixel a photo that ends within its frame does so as at the frame; cells of a coarser grid are cut.
         let ends = map.outside.filter(|outside| outside.size() == (columns + 1, rows + 1));
-        // Beyond the last vertex are holes.
-        let mut depths = filled(stride, f32::NAN)?;
-        depths[..=columns].fill(0.0);
-        for (j, (row_x, row_y)) in px.chunks_exact_mut(stride).zip(py.chunks_exact_mut(stride)).enumerate() {
-            let y = j as f64 * dy;
-            sample_row(depth, dx, y, &mut depths[..=columns]);
-            if let Some(outside) = ends {
-                if depth.is_none() {
-                    depths[..=columns].fill(0.0);
-                }
-                let row = depths.iter_mut().zip(&outside.data()[j * size.0..]).take(size.0);
-                row.filter(|(_, outside)| **outside != 0).for_each(|(depth, _)| *depth = f32::NAN);
-            }
-            let projection = RowProjection::new(map, y);
-            // Vertices i and i + 1.
-            let mut land = |i: usize, d: [f32; 2]| {
-                let x = f64x2::new([i as f64, (i + 1) as f64]) * f64x2::splat(dx);
-                let d = f64x2::new([f64::from(d[0]), f64::from(d[1])]);
-                let ([x, y], in_front) = projection.project(x, d);
-                let visible = in_front & map.limits.contain([x, y]);
-                clipped |= in_front ^ visible;
-                [fixed(x), fixed(y), bytemuck::cast(visible)]
-            };
-            let vertices = row_x.as_chunks_mut::<LANES>().0.iter_mut().zip(row_y.as_chunks_mut::<LANES>().0);
-            for (i, (&[a, b, c, d], (px, py))) in depths.as_chunks::<LANES>().0.iter().zip(vertices).enumerate() {
-                let (two, others) = (land(LANES * i, [a, b]), land(LANES * i + 2, [c, d]));
-                let [x, y, visible] = [0, 1, 2].map(|k| even_lanes(two[k], others[k]));
-                for (k, (v, out)) in [x, y].into_iter().zip([px, py]).enumerate() {
-                    least[k] = least[k].min(visible.blend(v, least[k]));
-                    let v = visible.blend(v, none);
-                    most[k] = most[k].max(v);
-                    *out = v.to_array();
-                }
-            }
+        let mapping = Mapping { cells: [columns, rows], step: [dx, dy], depth, map, ends };
+        let mut depths = mapping.depths()?;
+        let keeps = mapping.stride() * (rows + 1) <= most_kept;
+        let mut vertices = Vertices::new(mapping.stride(), if keeps { rows + 1 } else { 1 })?;
+        let mut found = Found::NONE;
+        for j in 0..=rows {
+            mapping.map_row(j, &mut depths, vertices.row_mut(if keeps { j } else { 0 }), &mut found);
         }
-        let (least, most) = (least.map(i32x4::reduce_min), most.map(i32x4::reduce_max));
-        let clipped = clipped.move_mask() != 0;
+        let (least, most) = (found.least.map(i32x4::reduce_min), found.most.map(i32x4::reduce_max));
+        let clipped = found.clipped.move_mask() != 0;
         if most[0] == INVALID {
             return Err(Error::NoOverlap { pixels: 0 }.into());
         }
         let bounds = [least[0], least[1], most[0], most[1]].map(|v| f64::from(v) / SUBPIXEL);
-        Ok(Self { cells: [columns, rows], step: [dx, dy], x: px, y: py, stride, bounds, clipped })
+        Ok(Self { mapping, kept: keeps.then_some(vertices), bounds, clipped })
     }
 
-    /// Rows of cells with their corner points: the vertices of the row above and of the row below.
-    pub fn cell_rows(&self) -> impl Iterator<Item = (Row<'_>, Row<'_>)> {
-        self.rows().zip(self.rows().skip(1))
+    /// Columns and rows of cells.
+    pub fn cells(&self) -> [usize; 2] {
+        self.mapping.cells
     }
 
-    fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        let rows = self.x.chunks_exact(self.stride).zip(self.y.chunks_exact(self.stride));
-        rows.map(|(x, y)| Row { x, y })
+    /// Width and height of a cell in target pixels: vertex (i, j) lies at (i, j) times this.
+    pub fn step(&self) -> [f64; 2] {
+        self.mapping.step
+    }
+
+    /// Rows of cells with their corner points: their index, the vertices of the row above and of the row below.
+    pub fn for_each_row(&self, mut work: impl FnMut(usize, Row<'_>, Row<'_>) -> Result<()>) -> Result<()> {
+        let [_, rows] = self.cells();
+        let mut depths = self.mapping.depths()?;
+        let mut two = Vertices::new(self.mapping.stride(), if self.kept.is_some() { 0 } else { 2 })?;
+        for j in 0..=rows {
+            if self.kept.is_none() {
+                let mut known = Found::NONE;
+                self.mapping.map_row(j, &mut depths, two.row_mut(j % 2), &mut known);
+            }
+            if let Some(above) = j.checked_sub(1) {
+                match &self.kept {
+                    Some(all) => work(above, all.row(above), all.row(j))?,
+                    None => work(above, two.row(above % 2), two.row(j % 2))?,
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How vertices are mapped, row by row.
+struct Mapping<'a> {
+    cells: [usize; 2],
+    step: [f64; 2],
+    depth: Option<&'a InverseDepth>,
+    map: &'a Map<'a>,
+    /// Where the target ends, with a vertex at every pixel.
+    ends: Option<&'a Mask>,
+}
+
+/// What is found out about all vertices while they are mapped.
+struct Found {
+    least: [i32x4; 2],
+    most: [i32x4; 2],
+    clipped: f64x2,
+}
+
+impl Found {
+    const NONE: Self = Self { least: [i32x4::MAX; 2], most: [i32x4::new([INVALID; LANES]); 2], clipped: f64x2::ZERO };
+}
+
+impl Mapping<'_> {
+    /// Vertices of a row, with those that fill it up.
+    fn stride(&self) -> usize {
+        self.cells[0].next_multiple_of(LANES) + LANES
+    }
+
+    /// Room for the depth of a row. Beyond the last vertex are holes.
+    fn depths(&self) -> Result<Vec<f32>> {
+        let mut depths = filled(self.stride(), f32::NAN)?;
+        depths[..=self.cells[0]].fill(0.0);
+        Ok(depths)
+    }
+
+    /// Maps row `j`.
+    fn map_row(&self, j: usize, depths: &mut [f32], (row_x, row_y): (&mut [i32], &mut [i32]), found: &mut Found) {
+        let (Self { depth, map, .. }, columns, [dx, dy]) = (self, self.cells[0], self.step);
+        let none = i32x4::splat(INVALID);
+        let Found { mut least, mut most, mut clipped } = *found;
+        let y = j as f64 * dy;
+        sample_row(*depth, dx, y, &mut depths[..=columns]);
+        if let Some(outside) = self.ends {
+            if depth.is_none() {
+                depths[..=columns].fill(0.0);
+            }
+            let row = depths.iter_mut().zip(&outside.data()[j * (columns + 1)..]).take(columns + 1);
+            row.filter(|(_, outside)| **outside != 0).for_each(|(depth, _)| *depth = f32::NAN);
+        }
+        let projection = RowProjection::new(map, y);
+        // Vertices i and i + 1.
+        let mut land = |i: usize, d: [f32; 2]| {
+            let x = f64x2::new([i as f64, (i + 1) as f64]) * f64x2::splat(dx);
+            let d = f64x2::new([f64::from(d[0]), f64::from(d[1])]);
+            let ([x, y], in_front) = projection.project(x, d);
+            let visible = in_front & map.limits.contain([x, y]);
+            clipped |= in_front ^ visible;
+            [fixed(x), fixed(y), bytemuck::cast(visible)]
+        };
+        let vertices = row_x.as_chunks_mut::<LANES>().0.iter_mut().zip(row_y.as_chunks_mut::<LANES>().0);
+        for (i, (&[a, b, c, d], (px, py))) in depths.as_chunks::<LANES>().0.iter().zip(vertices).enumerate() {
+            let (two, others) = (land(LANES * i, [a, b]), land(LANES * i + 2, [c, d]));
+            let [x, y, visible] = [0, 1, 2].map(|k| even_lanes(two[k], others[k]));
+            for (k, (v, out)) in [x, y].into_iter().zip([px, py]).enumerate() {
+                least[k] = least[k].min(visible.blend(v, least[k]));
+                let v = visible.blend(v, none);
+                most[k] = most[k].max(v);
+                *out = v.to_array();
+            }
+        }
+        *found = Found { least, most, clipped };
+    }
+}
+
+/// Mapped x and y in reference pixels of rows of vertices, which are filled up with [`INVALID`] to `stride`.
+struct Vertices {
+    x: Vec<i32>,
+    y: Vec<i32>,
+    stride: usize,
+}
+
+impl Vertices {
+    fn new(stride: usize, rows: usize) -> Result<Self> {
+        Ok(Self { x: zeroed(stride * rows)?, y: zeroed(stride * rows)?, stride })
+    }
+
+    fn row(&self, j: usize) -> Row<'_> {
+        let row = j * self.stride..(j + 1) * self.stride;
+        Row { x: &self.x[row.clone()], y: &self.y[row] }
+    }
+
+    fn row_mut(&mut self, j: usize) -> (&mut [i32], &mut [i32]) {
+        let row = j * self.stride..(j + 1) * self.stride;
+        (&mut self.x[row.clone()], &mut self.y[row])
     }
 }
 
@@ -213,4 +307,40 @@ fn fixed(v: f64x2) -> i32x4 {
 fn even_lanes(p: i32x4, q: i32x4) -> i32x4 {
     let (p, q) = (p.to_array(), q.to_array());
     i32x4::new([p[0], p[2], q[0], q[2]])
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+    use crate::Image;
+    use crate::inverse_depth::DepthKind;
+
+    #[test]
+    fn rows_are_the_same_whether_they_are_kept_or_not() {
+        let size = (37, 23);
+        let values: Vec<f32> = (0..37 * 23).map(|i| ((i * 7) % 31) as f32 / 31.0).collect();
+        let depth = InverseDepth::new("depth", &values, size, DepthKind::Inverse, Some(0.0), size).unwrap();
+        let model =
+            Model { h: Matrix3::new(1.0, 0.1, -3.0, -0.05, 0.9, 2.0, 1e-4, 0.0, 1.0), e: Vector3::new(9.0, 1.0, 0.0) };
+        let mut outside = Mask::empty(37, 23).unwrap();
+        outside.data_mut()[30..37].fill(255);
+        let reference = Image::transparent(40, 30).unwrap();
+        for (outside, cells) in [(None, (0, 0)), (Some(&outside), (0, 0)), (None, (9, 5))] {
+            let map = Map { model: &model, screen: None, outside, limits: Limits::new(&reference.view(), 0.1) };
+            let rows = |most_kept| {
+                let grid = VertexGrid::keeping(most_kept, size, Some(&depth), &map, cells).unwrap();
+                let mut rows = Vec::new();
+                grid.for_each_row(|j, above, below| {
+                    rows.push((j, [above.x, above.y, below.x, below.y].map(<[i32]>::to_vec)));
+                    Ok(())
+                })
+                .unwrap();
+                (rows, grid.bounds, grid.clipped)
+            };
+            assert_eq!(rows(0), rows(usize::MAX));
+        }
+    }
 }

@@ -30,6 +30,7 @@ use crate::observer::{Observer, report};
 use crate::transparency::{Extended, outside};
 use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
 
+pub(crate) use grid::MOST_KEPT;
 pub use screen::Projection;
 pub(crate) use screen::{Screen, project};
 

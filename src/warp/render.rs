@@ -26,18 +26,18 @@ pub(super) struct Output<'a> {
 /// elsewhere; empty without a map.
 pub(super) fn render(
     scene: &Scene<'_>,
-    grid: &VertexGrid,
+    grid: &VertexGrid<'_>,
     canvas: &Canvas,
     out: &mut Output<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<f32>> {
     let mut painter = Painter::new(scene, canvas, out)?;
-    let locator = Locator::new(scene, canvas, grid.step);
+    let locator = Locator::new(scene, canvas, grid.step());
     let mut candidates = Candidates::new();
-    let stretch = StretchLimit::new(grid, scene.options.stretch_limit);
-    let [columns, rows] = grid.cells;
+    let stretch = StretchLimit::new(grid, scene.options.stretch_limit)?;
+    let [columns, rows] = grid.cells();
     let mut batch = Batch::new();
-    for (j, (above, below)) in grid.cell_rows().enumerate() {
+    grid.for_each_row(|j, above, below| {
         if j % 64 == 0 {
             report(observer, Stage::Warp, 0.2 + 0.8 * j as f32 / rows as f32)?;
         }
@@ -45,6 +45,7 @@ pub(super) fn render(
             locator.locate(covered, j, &mut candidates);
             painter.offer(&candidates);
         });
-    }
+        Ok(())
+    })?;
     Ok(painter.depth)
 }

@@ -3,6 +3,7 @@
 use wide::{CmpEq, CmpGt, f32x4, i32x4};
 
 use super::grid::{INVALID, PIXEL, VertexGrid};
+use crate::Result;
 use crate::lanes::LANES;
 
 /// How long a cell's sides may be. (By the paper's text and the authors' program either the horizontal or the vertical side
@@ -14,8 +15,8 @@ pub(super) struct StretchLimit {
 
 impl StretchLimit {
     /// `factor` times the average over all valid cells.
-    pub fn new(grid: &VertexGrid, factor: f64) -> Self {
-        Self { longest: average(grid).map(|side| (side * factor) as f32) }
+    pub fn new(grid: &VertexGrid<'_>, factor: f64) -> Result<Self> {
+        Ok(Self { longest: average(grid)?.map(|side| (side * factor) as f32) })
     }
 
     /// Which of four cells are voids. Corners in turn from the top left.
@@ -40,11 +41,11 @@ fn square(p: [i32x4; 2], q: [i32x4; 2]) -> f32x4 {
 }
 
 /// Mean upper and mean left side of all valid cells, in fixed point: the lower and right ones are those of their neighbours.
-fn average(grid: &VertexGrid) -> [f64; 2] {
+fn average(grid: &VertexGrid<'_>) -> Result<[f64; 2]> {
     let (mut sum, mut cells) = ([0.0; 2], 0u64);
-    for (above, below) in grid.cell_rows() {
+    grid.for_each_row(|_, above, below| {
         let mut row = [f32x4::splat(0.0); 2];
-        for first in (0..grid.cells[0]).step_by(LANES) {
+        for first in (0..grid.cells()[0]).step_by(LANES) {
             let ([a, b], [d, c]) = (above.lanes(first), below.lanes(first));
             let invalid = a[0].min(b[0]).min(c[0].min(d[0])).cmp_eq(i32x4::splat(INVALID));
             let keep: f32x4 = bytemuck::cast(!invalid);
@@ -55,6 +56,7 @@ fn average(grid: &VertexGrid) -> [f64; 2] {
         for (sum, row) in sum.iter_mut().zip(row) {
             *sum += row.to_array().iter().map(|&side| f64::from(side)).sum::<f64>();
         }
-    }
-    sum.map(|sum| if cells == 0 { f64::from(PIXEL) } else { sum / cells as f64 })
+        Ok(())
+    })?;
+    Ok(sum.map(|sum| if cells == 0 { f64::from(PIXEL) } else { sum / cells as f64 }))
 }
