@@ -46,8 +46,12 @@ export async function serve(
 /** Calls that have copied all of their arguments before they report any stage but the first. */
 const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
 
-/** Frees arguments that were transferred here, at once instead of when garbage is collected, as far as the engine can. */
+/** Frees arguments that were transferred here, at once instead of when garbage is collected. */
 function release(args: Call["args"]): void {
-  for (const buffer of buffersOf(args) as Set<ArrayBuffer & { transfer?(bytes: number): unknown }>)
-    if (buffer.byteLength > 0) buffer.transfer?.(0);
+  const buffers = [...buffersOf(args)].filter(({ byteLength }) => byteLength > 0);
+  // What is sent to nobody is freed: `ArrayBuffer.prototype.transfer` is not known everywhere.
+  const { port1, port2 } = new MessageChannel();
+  port1.postMessage(null, buffers);
+  port1.close();
+  port2.close();
 }
