@@ -33,16 +33,7 @@ export async function timeStages(
   runs: number,
   warmUp: number,
 ): Promise<Times> {
-  const { target, reference } = pair;
-  const options: StitchOptions = { ...inputs(pair, method), worker: false };
-  const samples: Times[] = [];
-  for (let run = -warmUp; run < runs; run++) {
-    const start = performance.now();
-    const { times } = await stitch(target, reference, options);
-    const whole = performance.now() - start;
-    // The first runs include compilation and memory growth.
-    if (run >= 0) samples.push({ ...times, stitch: whole });
-  }
+  const samples = await timed(pair, { ...inputs(pair, method), worker: false }, runs, warmUp);
   return Object.fromEntries(
     STAGES.flatMap((stage) => {
       const times = samples.flatMap((sample) => sample[stage] ?? []);
@@ -59,15 +50,25 @@ export async function timeWhole(
   runs: number,
   warmUp: number,
 ): Promise<number> {
-  const { target, reference } = pair;
-  const options: StitchOptions = { ...inputs(pair, method), workers };
-  const samples: number[] = [];
+  const samples = await timed(pair, { ...inputs(pair, method), workers }, runs, warmUp);
+  return median(samples.map(({ stitch }) => stitch));
+}
+
+/** The times of `runs` stitches; the runs before, `warmUp` of them, include compilation and growth of memory. */
+async function timed(
+  { target, reference }: Pair,
+  options: StitchOptions,
+  runs: number,
+  warmUp: number,
+): Promise<(Times & { readonly stitch: number })[]> {
+  const samples = [];
   for (let run = -warmUp; run < runs; run++) {
     const start = performance.now();
-    await stitch(target, reference, options);
-    if (run >= 0) samples.push(performance.now() - start);
+    const { times } = await stitch(target, reference, options);
+    const whole = performance.now() - start;
+    if (run >= 0) samples.push({ ...times, stitch: whole });
   }
-  return median(samples);
+  return samples;
 }
 
 /** What `stitch` is given besides the photos. */

@@ -3,7 +3,7 @@
 // A test compares the committed files with what this would write.
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
-import { transformWithOxc } from "vite";
+import { build as bundle } from "esbuild";
 import { apiDocument } from "./api-document.mjs";
 import { build } from "./build.mjs";
 import { interfaceOf, optionsDocument, specsOf } from "./option-files.mjs";
@@ -15,8 +15,13 @@ const TYPES = "src/wasm/types.d.ts";
 
 /** The files made from the table of options, by path. They are needed to compile everything else. */
 export async function optionFiles() {
-  const source = readFileSync(join(root, "js", "options.ts"), "utf8");
-  const { code } = await transformWithOxc(source, "options.ts", { sourcemap: false });
+  const table = await bundle({
+    entryPoints: [join(root, "js", "options.ts")],
+    bundle: true,
+    format: "esm",
+    write: false,
+  });
+  const code = table.outputFiles.map(({ text }) => text).join("");
   /** @type {{ OPTION_LIST: OptionList }} */
   const { OPTION_LIST } = await import(`data:text/javascript,${encodeURIComponent(code)}`);
   const types = readFileSync(join(root, TYPES), "utf8");
