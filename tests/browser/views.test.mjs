@@ -5,7 +5,17 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 import { decodeImage, encodePng } from "depthstitch/codecs";
-import { idle, shown, smallCase, smallFile, smallPhotos, startSite } from "./page.mjs";
+import { renderSample } from "../../js/tools/sample.mjs";
+import { root } from "../../js/tools/shared.mjs";
+import {
+  idle,
+  savedPicture,
+  shown,
+  smallCase,
+  smallFile,
+  smallPhotos,
+  startSite,
+} from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
 
@@ -238,6 +248,58 @@ test("compares the methods with PSNR, SSIM and coverage, and any of them with th
   assert.equal(await page.locator("#tab-compare").getAttribute("aria-selected"), "true");
   await page.locator("#view-controls select").waitFor();
   assert.equal(await page.locator("#view-controls select").inputValue(), "forward");
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+test("a picture that is too large to be drawn whole shows its own pixels when zoomed in", async () => {
+  const folder = join("target", "sample-large");
+  renderSample(folder, 2048, 1356);
+  const files = ["target.jpg", "reference.jpg"].map((name) => join(root, folder, name));
+  const { page, complaints, close } = await site.open({ files });
+  const picture = await savedPicture(page);
+  assert.ok(picture.width * picture.height > 5e6);
+  await page.locator("#frame").focus();
+  for (let i = 0; i < 7; i++) await page.keyboard.press("+");
+  /** Pixels around the middle of the picture, and the colours in the middle of the squares that show them. */
+  const pixels = () =>
+    page.evaluate(
+      ({ width, height, steps }) => {
+        const canvas = document.querySelector("#picture");
+        const frame = document.querySelector("#frame");
+        if (!(canvas instanceof HTMLCanvasElement) || !frame) throw new Error("no canvas");
+        const copy = new OffscreenCanvas(canvas.width, canvas.height);
+        const context = copy.getContext("2d", { willReadFrequently: true });
+        context?.drawImage(canvas, 0, 0);
+        const fit = Math.min((frame.clientWidth - 16) / width, (frame.clientHeight - 16) / height);
+        const scale = Math.min(32, fit * 1.5 ** steps);
+        const at = (/** @type {number} */ i, /** @type {number} */ side) =>
+          Math.round(side / 2 + (i + 0.5) * scale - 0.5);
+        return Array.from({ length: 100 }, (_, i) => {
+          const [x, y] = [(i % 10) - 5, Math.floor(i / 10) - 5];
+          const even = (/** @type {number} */ side) => (side % 2 === 0 ? 0 : -0.5);
+          const [left, top] = [
+            at(x + even(width), canvas.width),
+            at(y + even(height), canvas.height),
+          ];
+          const [red, green, blue] = context?.getImageData(left, top, 1, 1).data ?? [];
+          return {
+            x: Math.floor(width / 2) + x,
+            y: Math.floor(height / 2) + y,
+            shown: [red, green, blue],
+          };
+        });
+      },
+      { width: picture.width, height: picture.height, steps: 7 },
+    );
+  const wrong = async () =>
+    (await pixels()).filter(({ x, y, shown }) => {
+      const there = picture.data.subarray(4 * (y * picture.width + x));
+      return shown.some((level, c) => Math.abs((level ?? 0) - (there[c] ?? 0)) > 2);
+    }).length;
+  const end = Date.now() + 10_000;
+  while ((await wrong()) > 0 && Date.now() < end) await page.waitForTimeout(100);
+  assert.equal(await wrong(), 0);
   assert.deepEqual(await complaints(), []);
   await close();
 });
