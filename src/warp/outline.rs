@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use crate::components::{connected_components, neighbours};
-use crate::distance::{STRAIGHT, distance};
+use crate::distance::{FAR, STRAIGHT, carry};
 use crate::image::{reserve, zeroed};
 use crate::{Image, ImageView, Mask, Result};
 
@@ -22,6 +22,8 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     let size = reference.size();
     let (w, h) = (size.0 as f64, size.1 as f64);
     let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;
+    // No photo is so large that this is not all of it.
+    let radius = radius.min(u32::from(FAR) / 4) as u16;
     let mut covered: Vec<u8> = zeroed(cells)?;
     let mark_reference = |covered: &mut [u8]| {
         let rows = covered.chunks_exact_mut(width).skip(top).zip(reference.pixels().chunks_exact(size.0));
@@ -38,17 +40,21 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     mark_reference(&mut covered);
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
     // Where a disc has room, and a margin around it, so that corners are not cut off.
-    let outwards = opened(cells, width, radius, &|at| covered[at] == 0)?;
-    for (at, covered) in covered.iter_mut().enumerate() {
-        if *covered == 1 && u32::from(outwards[at]) > 3 * radius {
+    let mut distances = Vec::new();
+    reserve(&mut distances, cells)?;
+    distances.extend(covered.iter().map(|&covered| if covered == 0 { 0 } else { FAR }));
+    open(&mut distances, width, radius, 3 * radius)?;
+    for (covered, &outwards) in covered.iter_mut().zip(&distances) {
+        if *covered == 1 && outwards == FAR {
             *covered = 0;
         }
     }
-    drop(outwards);
     // Gaps in which no disc has room, but not the steps of a slanting line.
-    let to_open = opened(cells, width, radius, &|at| covered[at] != 0)?;
+    distances.clear();
+    distances.extend(covered.iter().map(|&covered| if covered != 0 { 0 } else { FAR }));
+    open(&mut distances, width, radius, radius + STRAIGHT as u16)?;
     for (at, covered) in covered.iter().enumerate().filter(|(_, covered)| **covered != REFERENCE) {
-        let stays = *covered != 0 || u32::from(to_open[at]) > radius + STRAIGHT;
+        let stays = *covered != 0 || distances[at] == FAR;
         footprint.data_mut()[at] = if stays { 255 } else { 0 };
         if !stays {
             image.pixels_mut()[at] = [0; 4];
@@ -57,10 +63,12 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     Ok(())
 }
 
-/// Distance of every cell from the nearest one that is farther than `radius` from where `inside` is true.
-fn opened(cells: usize, width: usize, radius: u32, inside: &dyn Fn(usize) -> bool) -> Result<Vec<u16>> {
-    let inwards = distance(cells, width, inside)?;
-    distance(cells, width, &|at| u32::from(inwards[at]) > radius)
+/// Of a grid that is 0 somewhere and [`FAR`] elsewhere, the distances up to `most` from the nearest cell that is farther than `radius`
+/// from there.
+fn open(grid: &mut [u16], width: usize, radius: u16, most: u16) -> Result<()> {
+    carry(grid, width, radius)?;
+    grid.iter_mut().for_each(|distance| *distance = if *distance == FAR { 0 } else { FAR });
+    carry(grid, width, most)
 }
 
 /// What is covered by the reference; the target alone is 1.
