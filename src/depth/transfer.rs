@@ -3,7 +3,7 @@
 use super::completion::{CompletionOptions, KnownDepth};
 use super::surface::OtherView;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
-use crate::image::{filled, zeroed};
+use crate::image::{filled, reserve, zeroed};
 use crate::observer::{Observer, Portion, report};
 use crate::{InverseDepth, Result, Stage};
 
@@ -47,24 +47,31 @@ pub(super) fn for_each_landing(
     observer: &mut dyn Observer,
     put: &mut dyn FnMut(usize, f32, f32),
 ) -> Result<()> {
-    let at = |x: usize, y: usize| {
-        let d = depth.data()[y * depth.width() + x];
-        let [u, v, third] = model.transform(x as f64, y as f64, f64::from(d));
-        (third > 0.0).then(|| ([u / third, v / third], (f64::from(d) / third) as f32, d))
+    // Where the pixels of a row land, and their depth there.
+    let land = |y: usize, out: &mut Vec<Option<([f64; 2], f32)>>| {
+        out.clear();
+        let row = depth.data().chunks_exact(depth.width()).nth(y).unwrap_or_default();
+        out.extend(row.iter().enumerate().map(|(x, &d)| {
+            let [u, v, third] = model.transform(x as f64, y as f64, f64::from(d));
+            (third > 0.0).then(|| ([u / third, v / third], (f64::from(d) / third) as f32))
+        }));
     };
-    for y in 0..depth.height() {
+    let (mut here, mut below) = (Vec::new(), Vec::new());
+    reserve(&mut here, depth.width())?;
+    reserve(&mut below, depth.width())?;
+    land(0, &mut below);
+    for (y, depths) in depth.data().chunks_exact(depth.width()).enumerate() {
         if y % 256 == 0 {
             report(observer, Stage::Depth, 0.2 * y as f32 / depth.height() as f32)?;
         }
-        for x in 0..depth.width() {
-            let Some((place, value, d)) = at(x, y) else { continue };
+        std::mem::swap(&mut here, &mut below);
+        land(y + 1, &mut below);
+        for (x, &d) in depths.iter().enumerate() {
+            let Some((place, value)) = here[x] else { continue };
             // Half the size of the projected pixel, so that no gaps are left where the other photo is closer.
             let mut half = [0.5; 2];
-            for next in [(x + 1, y), (x, y + 1)] {
-                if next.0 < depth.width()
-                    && next.1 < depth.height()
-                    && let Some((next, _, _)) = at(next.0, next.1)
-                {
+            for next in [here.get(x + 1), below.get(x)] {
+                if let Some(&Some((next, _))) = next {
                     for k in 0..2 {
                         let apart = 0.5 * (next[k] - place[k]).abs();
                         // Neighbours farther apart belong to different surfaces.
@@ -75,9 +82,8 @@ pub(super) fn for_each_landing(
                 }
             }
             let range = |k: usize, size: usize| {
-                let from = (place[k] - half[k]).ceil().max(0.0) as usize;
-                let to = ((place[k] + half[k]).floor() + 1.0).max(0.0).min(size as f64) as usize;
-                from..to
+                // The casts take what is negative for zero.
+                (place[k] - half[k]).ceil() as usize..(((place[k] + half[k]).floor() + 1.0) as usize).min(size)
             };
             for v in range(1, h) {
                 for u in range(0, w) {
