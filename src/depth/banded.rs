@@ -96,5 +96,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// a += s·b.
 #[inline(always)]
 pub(super) fn add_scaled(a: &mut [f64], b: &[f64], s: f64) {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a += s * b);
+    let ((a, ra), (b, rb)) = (a.as_chunks_mut(), b.as_chunks());
+    for (a, &b) in a.iter_mut().zip(b) {
+        *a = (f64x4::new(*a) + f64x4::splat(s) * f64x4::new(b)).to_array();
+    }
+    ra.iter_mut().zip(rb).for_each(|(a, b)| *a += s * b);
 }
