@@ -1,6 +1,8 @@
 //! What a person will see of an alignment, predicted on a coarse grid of the target before anything is rendered: where the seam
 //! would run, what would differ there, and how the target would be distorted where it shows.
 
+use wide::f32x4;
+
 use crate::geometry::{MOST_ANISOTROPY, Model, singular_value_ratio};
 use crate::image::reserve;
 use crate::mosaic::{Choice, predict_seam};
@@ -39,7 +41,8 @@ pub(super) struct Prediction {
 struct Squares {
     side: usize,
     columns: usize,
-    colours: Vec<[f32; 3]>,
+    /// And 0.
+    colours: Vec<f32x4>,
 }
 
 impl Squares {
@@ -58,7 +61,8 @@ impl Squares {
                     sum = [sum[0] + u32::from(*r), sum[1] + u32::from(*g), sum[2] + u32::from(*b)];
                 }
             }
-            colours.push(sum.map(|sum| sum as f32 * share));
+            let [r, g, b] = sum.map(|sum| sum as f32 * share);
+            colours.push(f32x4::new([r, g, b, 0.0]));
         }
         Ok(Self { side, columns, colours })
     }
@@ -68,15 +72,20 @@ impl Squares {
     }
 
     /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to what is not there.
-    fn sample(&self, [x, y]: [f64; 2]) -> Option<[f32; 3]> {
+    fn sample(&self, [x, y]: [f64; 2]) -> Option<f32x4> {
         let [x, y] = [x, y].map(|p| (p + 0.5) / self.side as f64 - 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 - 1.0 && y < self.rows() as f64 - 1.0;
         let at = inside.then_some(y as usize * self.columns + x as usize)?;
         let (u, v) = (x.fract() as f32, y.fract() as f32);
-        let row = |at: usize, c: usize| self.colours[at][c] * (1.0 - u) + self.colours[at + 1][c] * u;
-        let colour = [0, 1, 2].map(|c| row(at, c) * (1.0 - v) + row(at + self.columns, c) * v);
-        (!colour[0].is_nan()).then_some(colour)
+        let row = |at: usize| self.colours[at] * (1.0 - u) + self.colours[at + 1] * u;
+        let colour = row(at) * (1.0 - v) + row(at + self.columns) * v;
+        is_there(colour).then_some(colour)
     }
+}
+
+/// Whether a mean colour is one.
+fn is_there(colour: f32x4) -> bool {
+    !colour.as_array_ref()[0].is_nan()
 }
 
 /// Where the corners of a cell land: the upper ones, then the lower ones.
@@ -133,7 +142,7 @@ impl Prediction {
     }
 
     /// The squares of a cell: their colours, and where in it they are, x and y from 0 to 1.
-    fn squares(&self, cell: usize) -> impl Iterator<Item = ([f32; 3], [f64; 2])> {
+    fn squares(&self, cell: usize) -> impl Iterator<Item = (f32x4, [f64; 2])> {
         let (x, y) = (cell % self.columns * self.squares, cell / self.columns * self.squares);
         (0..self.squares * self.squares).map(move |i| {
             let (i, j) = (i % self.squares, i / self.squares);
@@ -144,46 +153,47 @@ impl Prediction {
 
     /// Standard deviation of a cell's green, in levels.
     fn deviation(&self, cell: usize) -> f64 {
-        let values = self.squares(cell).map(|(colour, _)| f64::from(colour[1]));
+        let values = self.squares(cell).map(|(colour, _)| f64::from(colour.as_array_ref()[1]));
         let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
         let count = (self.squares * self.squares) as f64;
         (squares / count - sum * sum / (count * count)).max(0.0).sqrt()
     }
 
     /// The gains that bring the target's colours to the reference's.
-    fn gains(&self, footprints: &[Option<Footprint>]) -> [f32; 3] {
+    fn gains(&self, footprints: &[Option<Footprint>]) -> f32x4 {
         let mut sums = [[0.0f64; 3]; 2];
         for (cell, footprint) in footprints.iter().enumerate() {
             if let Some((own, within)) = self.squares(cell).nth(self.squares * self.squares / 2)
-                && !own[0].is_nan()
+                && is_there(own)
                 && let Some(other) = footprint.as_ref().and_then(|print| self.reference.sample(print.at(within)))
             {
-                for c in 0..3 {
-                    sums[0][c] += f64::from(own[c]);
-                    sums[1][c] += f64::from(other[c]);
+                for (sum, colour) in sums.iter_mut().zip([own, other]) {
+                    sum.iter_mut().zip(colour.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
                 }
             }
         }
-        [0, 1, 2].map(|c| {
+        let [r, g, b] = [0, 1, 2].map(|c| {
             let gain = sums[1][c] / sums[0][c];
             if gain.is_finite() { gain.clamp(GAINS[0], GAINS[1]) as f32 } else { 1.0 }
-        })
+        });
+        f32x4::new([r, g, b, 0.0])
     }
 
     /// Which photos are valid in a cell, and how much they differ.
-    fn choice(&self, cell: usize, gains: [f32; 3], footprint: Option<Footprint>) -> Choice {
+    fn choice(&self, cell: usize, gains: f32x4, footprint: Option<Footprint>) -> Choice {
         let (mut sum, mut count) = (0.0, 0);
         if let Some(footprint) = footprint {
-            for (own, within) in self.squares(cell).filter(|(own, _)| !own[0].is_nan()) {
+            for (own, within) in self.squares(cell).filter(|(own, _)| is_there(*own)) {
                 if let Some(other) = self.reference.sample(footprint.at(within)) {
-                    sum += (0..3).map(|c| (own[c] * gains[c] - other[c]).abs()).sum::<f32>();
+                    let [r, g, b, _] = (own * gains - other).abs().to_array();
+                    sum += r + g + b;
                     count += 1;
                 }
             }
         }
         let (x, y) = (cell % self.columns, cell / self.columns);
         // What the target does not show there it does not show at the seam either.
-        if self.squares(cell).all(|(own, _)| own[0].is_nan()) {
+        if self.squares(cell).all(|(own, _)| !is_there(own)) {
             return Choice::Reference;
         }
         let border = x == 0 || y == 0 || x + 1 == self.columns || y + 1 == self.rows;

@@ -105,13 +105,19 @@ impl Level {
     /// What every cell costs on top for being near a border of either photo: a seam there leaves no room to blend.
     pub fn borders(&self) -> Result<Borders> {
         let mut extra = zeroed(self.cells.len())?;
+        let decided = |at: usize| matches!(self.cells[at].side, TARGET | REFERENCE);
+        // Behind others that are decided, one is the nearest to nothing that is not.
+        let at_border = |at: usize| {
+            let mut behind = true;
+            self.around(at, 1, &mut |other| behind &= decided(other));
+            !behind
+        };
         for (reach, extra_cost) in [(3, BORDER / 4), (2, BORDER / 2), (1, BORDER)] {
-            for at in 0..self.cells.len() {
-                if matches!(self.cells[at].side, TARGET | REFERENCE) {
-                    self.around(at, reach, &mut |other| extra[other] = extra_cost);
-                }
+            for at in (0..self.cells.len()).filter(|&at| decided(at) && at_border(at)) {
+                self.around(at, reach, &mut |other| extra[other] = extra_cost);
             }
         }
+        extra.iter_mut().enumerate().filter(|(at, _)| decided(*at)).for_each(|(_, extra)| *extra = BORDER);
         Ok(Borders { extra, width: self.width })
     }
 
