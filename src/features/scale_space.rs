@@ -52,7 +52,10 @@ impl Plane {
     /// Takes in row `y` of the octave.
     fn push(&mut self, y: usize, row: &[f32]) {
         if y.is_multiple_of(self.step) {
-            self.data.extend(row.iter().step_by(self.step));
+            match self.step {
+                1 => self.data.extend_from_slice(row),
+                step => self.data.extend(row.iter().step_by(step)),
+            }
             self.data.resize((y / self.step + 1) * self.stride, 0.0);
         }
     }
