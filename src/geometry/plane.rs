@@ -9,7 +9,7 @@ use crate::statistics::median;
 const ITERATIONS: usize = 20;
 
 /// A point of one photo with its inverse depth.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthSample {
     /// x, y in pixels.
     pub point: [f64; 2],

@@ -11,7 +11,7 @@ use super::timer::StageTimer;
 use super::visible::VisiblePair;
 use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, correct_outside, refine_prior};
 use crate::features::Features;
-use crate::geometry::{Estimate, Match, Model, ModelKind};
+use crate::geometry::{DepthSample, Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
 use crate::statistics::nth;
@@ -29,6 +29,8 @@ pub struct Alignment<'a> {
     pub geometry: Estimate,
     /// Of target and reference; `None` with a homography, in which depth plays no part.
     pub depth: [Option<Cow<'a, InverseDepth>>; 2],
+    /// What the reference's map is to be made of, while it is not there.
+    pub(super) missing: Option<Vec<DepthSample>>,
     /// Reference pixels whose depth the refinement found reliable; `None` without refinement, and with two photos alone, whose
     /// depth is a smooth surface.
     pub reliable: Option<Mask>,
@@ -93,7 +95,8 @@ pub(super) fn align_timed<'a>(
 ) -> Result<Alignment<'a>> {
     let mut alignment = match given {
         Some(matches) => {
-            let alignment = fit_models(matches, views, options, observer)?;
+            let mut alignment = fit_models(matches, views, options, observer)?;
+            alignment.complete_maps(views[1], observer)?;
             timer.end(alignment.stage(), observer);
             alignment
         }
@@ -126,12 +129,14 @@ fn align_by_features<'a>(
     timer.end(Stage::Match, observer);
     let first = fit_models(&found.matches, views, options, observer)?;
     timer.end(first.stage(), observer);
-    if options.features.guided
-        && let Some(second) = align_guided(&found, &first, views, options, observer, timer)?
-    {
-        return Ok(second);
-    }
-    Ok(Alignment { matches: Some(found.matches), ..first })
+    let second = match options.features.guided {
+        true => align_guided(&found, &first, views, options, observer, timer)?,
+        false => None,
+    };
+    let mut best = second.unwrap_or(Alignment { matches: Some(found.matches), ..first });
+    best.complete_maps(views[1], observer)?;
+    timer.end(best.stage(), observer);
+    Ok(best)
 }
 
 /// Matches again along the epipolar lines of `first`, and fits again; `None` unless that explains these matches better.
@@ -156,9 +161,9 @@ fn align_guided<'a>(
 impl Alignment<'_> {
     /// With maps of its own.
     fn into_owned(self) -> Alignment<'static> {
-        let Self { matches, geometry, depth, reliable, prediction_error, smooth } = self;
+        let Self { matches, geometry, depth, missing, reliable, prediction_error, smooth } = self;
         let depth = depth.map(|map| map.map(|map| Cow::Owned(map.into_owned())));
-        Alignment { matches, geometry, depth, reliable, prediction_error, smooth }
+        Alignment { matches, geometry, depth, missing, reliable, prediction_error, smooth }
     }
 
     /// The views with the depth maps of this alignment.

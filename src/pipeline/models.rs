@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use super::align::Alignment;
 use super::options::{Options, WithoutDepth};
-use crate::depth::{derive_missing, two_view};
+use crate::depth::{dense, derive_missing};
 use crate::features::track;
-use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate};
+use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate, two_view_geometry};
 use crate::observer::{Observer, Portion};
 use crate::report::Warning;
 use crate::{Error, InverseDepth, Result, Stage, View};
@@ -74,16 +74,22 @@ pub(super) fn fit_homography(
     estimate(matches, target, reference, options, observer)
 }
 
-/// The models with depth from the matches themselves.
+/// The models with depth from the matches themselves; that of the reference [comes later](Alignment::complete_maps).
 fn fit_two_view<'a>(
     matches: &[Match],
     [target, reference]: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
-    let found = two_view(matches, target.image, reference.image, &options.estimate, observer)?;
-    let maps = [found.target, found.reference].map(|map| Some(Cow::Owned(map)));
-    Ok(Alignment { prediction_error: Some(found.prediction_error), ..alignment(found.geometry, maps) })
+    let sizes = [target, reference].map(|view| view.image.size());
+    let found = two_view_geometry(matches, sizes, &options.estimate, observer)?;
+    let Some([of_target, of_reference]) = found.samples else {
+        let prediction_error = Some(found.estimate.residual);
+        return Ok(Alignment { prediction_error, ..alignment(found.estimate, [None, None]) });
+    };
+    let (map, error) = dense(&of_target, target.image, &mut Portion::new(observer, 0.1, 0.55))?;
+    let (depth, prediction_error) = ([Some(Cow::Owned(map)), None], Some([error; 2]));
+    Ok(Alignment { prediction_error, missing: Some(of_reference), ..alignment(found.estimate, depth) })
 }
 
 /// The models with the depth maps of the views; a missing one is derived from the other.
@@ -146,10 +152,20 @@ fn fit_to_tracked(
 /// An alignment before its depth is refined.
 fn alignment(geometry: Estimate, depth: [Option<Cow<'_, InverseDepth>>; 2]) -> Alignment<'_> {
     let depth = if geometry.kind == ModelKind::Homography { [None, None] } else { depth };
-    Alignment { matches: None, geometry, depth, reliable: None, prediction_error: None, smooth: false }
+    Alignment { matches: None, geometry, depth, missing: None, reliable: None, prediction_error: None, smooth: false }
 }
 
 impl Alignment<'_> {
+    /// Makes the reference's map if it is missing: to match once more, the target's is enough.
+    pub(super) fn complete_maps(&mut self, reference: View<'_>, observer: &mut dyn Observer) -> Result<()> {
+        if let Some(samples) = self.missing.take() {
+            let (map, error) = dense(&samples, reference.image, &mut Portion::new(observer, 0.55, 1.0))?;
+            self.depth[1] = Some(Cow::Owned(map));
+            self.prediction_error = self.prediction_error.map(|[forward, _]| [forward, error]);
+        }
+        Ok(())
+    }
+
     /// Whether both depth maps explain the inliers' parallax. The inliers are those of the forward model; where the
     /// reverse model misses many of them, the reference's map contradicts it.
     fn maps_fit(&self, matches: &[Match]) -> bool {
