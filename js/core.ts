@@ -35,16 +35,11 @@ export function run(
   name: ModuleName,
   onProgress: (progress: Progress) => void,
 ): Result {
-  let last: Progress = { stage: "input", fraction: -1 };
   let thrown: { error: unknown } | undefined;
   const report: Report = (stage, fraction, subject) => {
     const { photo, pair } = typeof subject === "number" ? { photo: subject } : { pair: subject };
-    const same = stage === last.stage && photo === last.photo && `${pair}` === `${last.pair}`;
-    // The core reports often; a hundred times per stage, photo or pair is enough.
-    if (same && fraction < 1 && fraction - last.fraction < 0.01) return true;
-    last = { stage, fraction, ...(photo !== undefined && { photo }), ...(pair && { pair }) };
     try {
-      onProgress(last);
+      onProgress({ stage, fraction, ...(photo !== undefined && { photo }), ...(pair && { pair }) });
     } catch (error) {
       thrown = { error };
     }

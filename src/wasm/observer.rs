@@ -20,12 +20,17 @@ pub(super) struct JsObserver {
     callback: Option<Function>,
     stage: Stage,
     subject: JsValue,
+    /// What was reported last of this stage and subject; negative for nothing.
+    reported: f32,
 }
+
+/// The stages report often; a hundred times per stage, photo or pair is enough.
+const STEP: f32 = 0.01;
 
 impl JsObserver {
     /// Before `stage`. `callback` is a function, or anything else for none.
     pub fn new(stage: Stage, callback: &JsValue) -> Self {
-        Self { callback: callback.dyn_ref::<Function>().cloned(), stage, subject: JsValue::UNDEFINED }
+        Self { callback: callback.dyn_ref::<Function>().cloned(), stage, subject: JsValue::UNDEFINED, reported: -1.0 }
     }
 
     /// The JavaScript error for `error`, which names the stage reached.
@@ -36,7 +41,10 @@ impl JsObserver {
 
 impl Observer for JsObserver {
     fn progress(&mut self, stage: Stage, fraction: f32) -> bool {
-        self.stage = stage;
+        if stage == self.stage && fraction < 1.0 && fraction - self.reported < STEP {
+            return true;
+        }
+        (self.stage, self.reported) = (stage, fraction);
         let Some(callback) = &self.callback else { return true };
         let reply = callback.call3(&JsValue::NULL, &stage.name().into(), &f64::from(fraction).into(), &self.subject);
         reply.is_ok_and(|reply| reply.as_bool() != Some(false))
@@ -44,6 +52,7 @@ impl Observer for JsObserver {
 
     fn subject(&mut self, subject: Subject) {
         let index = |photo: usize| JsValue::from(photo as f64);
+        self.reported = -1.0;
         self.subject = match subject {
             Subject::All => JsValue::UNDEFINED,
             Subject::Photo(photo) => index(photo),
