@@ -22,7 +22,7 @@ const NEAR: f64 = 0.15;
 /// What every sample weighs at least, next to one in the middle of the outside. Flat between 0.005 and 0.02.
 const LEAST_WEIGHT: f64 = 0.01;
 /// The outside is looked at at so many points a side. Flat between 12 and 48.
-const POINTS: usize = 24;
+const POINTS: usize = 12;
 /// How much larger, as a logarithm, a plane has to be for a unit of anisotropy. Tuned on the evaluation cases: flat between 3 and
 /// 6.
 const ANISOTROPY_WEIGHT: f64 = 3.0;

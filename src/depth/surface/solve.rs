@@ -6,9 +6,9 @@ use super::{ROBUST, robust};
 use crate::Result;
 use crate::depth::banded::{Banded, Factor, add_scaled, dot};
 
-/// Steps of the conjugate gradients at most, and the share of the residual they leave.
+/// Steps of the conjugate gradients at most, and the share of the residual they leave: that of a change, which is small in the end.
 const STEPS: usize = 12;
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-2;
 
 /// One reweighted solution of several kinds of terms, each with a factor.
 pub(super) fn reweighted(

@@ -34,10 +34,12 @@ pub(super) struct Field {
     pub values: Vec<[f32; 2]>,
 }
 
-/// The equations of a node: a symmetric 2×2 matrix and the right side.
+/// The equations of a node: the inverse of a symmetric 2×2 matrix and the right side, without its neighbours' share.
 struct Equation {
-    node: usize,
-    matrix: [f32; 3],
+    node: u32,
+    /// Left, right, above and below; itself where there is none.
+    around: [u32; 4],
+    inverse: [f32; 3],
     right: [f32; 2],
 }
 
@@ -72,7 +74,9 @@ impl Field {
     /// At a point in nodes, bilinear.
     pub fn at(&self, x: f32, y: f32) -> [f32; 2] {
         let axis = |p: f32, count: usize| {
-            let p = p.max(0.0).min((count - 1) as f32);
+            // Comparisons, as `max` and `min` are calls in wasm.
+            let (p, last) = (if p > 0.0 { p } else { 0.0 }, (count - 1) as f32);
+            let p = if p < last { p } else { last };
             let i = (p as usize).min(count.saturating_sub(2));
             (i, (i + 1).min(count - 1), p - i as f32)
         };
@@ -88,7 +92,7 @@ impl Field {
     fn equation(&self, level: &Level, node: usize) -> Equation {
         let share = level.distance[node] / REACH;
         let fading = FADING * share * share + LEAST_FADING;
-        let free = Equation { node, matrix: [fading, 0.0, fading], right: [0.0; 2] };
+        let free = self.of_node(node, [fading, 0.0, fading], [0.0; 2]);
         let near = level.distance[node] / BAND;
         if near > NEGLIGIBLE {
             return free;
@@ -104,33 +108,34 @@ impl Field {
         let outlier = apart / OUTLIER;
         let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
         let constant = weight * (gx * u + gy * v - apart);
-        Equation {
-            node,
-            matrix: [fading + weight * gx * gx, weight * gx * gy, fading + weight * gy * gy],
-            right: [gx * constant, gy * constant],
-        }
+        let matrix = [fading + weight * gx * gx, weight * gx * gy, fading + weight * gy * gy];
+        self.of_node(node, matrix, [gx * constant, gy * constant])
+    }
+
+    /// The equations of a node by its own matrix and right side.
+    fn of_node(&self, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
+        let (width, column) = (self.width, node % self.width);
+        let around = [
+            node - usize::from(column > 0),
+            node + usize::from(column + 1 < width),
+            if node >= width { node - width } else { node },
+            if node + width < self.values.len() { node + width } else { node },
+        ];
+        let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
+        let scale = 1.0 / (a * c - b * b);
+        let inverse = [c * scale, b * scale, a * scale];
+        Equation { node: node as u32, around: around.map(|node| node as u32), inverse, right }
     }
 
     /// A step of successive overrelaxation.
     fn relax(&mut self, equations: &[Equation]) {
-        let (width, count) = (self.width, self.values.len());
-        for Equation { node, matrix: [a, b, c], right } in equations {
-            let (node, column) = (*node, node % width);
-            let around = [
-                node - usize::from(column > 0),
-                node + usize::from(column + 1 < width),
-                if node >= width { node - width } else { node },
-                if node + width < count { node + width } else { node },
-            ];
-            let mut sum = *right;
+        for Equation { node, around, inverse: [a, b, c], right } in equations {
+            let [mut p, mut q] = *right;
             for other in around {
-                let [u, v] = self.values[other];
-                sum = [sum[0] + SMOOTHNESS * u, sum[1] + SMOOTHNESS * v];
+                let [u, v] = self.values[*other as usize];
+                (p, q) = (p + SMOOTHNESS * u, q + SMOOTHNESS * v);
             }
-            let (a, c, [p, q]) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS, sum);
-            let inverse = 1.0 / (a * c - b * b);
-            let next = [(c * p - b * q) * inverse, (a * q - b * p) * inverse];
-            for (value, next) in self.values[node].iter_mut().zip(next) {
+            for (value, next) in self.values[*node as usize].iter_mut().zip([a * p - b * q, c * q - b * p]) {
                 *value += OVERRELAXATION * (next - *value);
             }
         }
