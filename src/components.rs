@@ -3,6 +3,9 @@
 use crate::Result;
 use crate::image::reserve_more;
 
+/// Cells of a component that are kept in any case, so that forgetting some is worth while.
+const FRONT: usize = 4096;
+
 /// Calls `each` with the cells of every 4-connected component of equal labels that has fewer than `most`, in the order of their first
 /// cells. Row by row, `width` cells a row; cells labelled 0 belong to none.
 pub(crate) fn connected_components(
@@ -11,44 +14,34 @@ pub(crate) fn connected_components(
     most: usize,
     each: &mut dyn FnMut(&[u32]),
 ) -> Result<()> {
-    // The cells of a component, and cells from which it goes on.
-    let (mut component, mut open): (Vec<u32>, Vec<u32>) = Default::default();
+    // The cells of a component, and those beyond which its neighbours have not been looked at.
+    let mut component: Vec<u32> = Vec::new();
     for first in 0..labels.len() {
-        let label = labels[first];
+        // A cell that has been reached loses its label.
+        let label = std::mem::take(&mut labels[first]);
         if label == 0 {
             continue;
         }
         component.clear();
-        reserve_more(&mut open, 1)?;
-        open.push(first as u32);
-        while let Some(at) = open.pop() {
-            let at = at as usize;
-            // A cell that has been reached loses its label.
-            if labels[at] != label {
-                continue;
-            }
-            // All that hangs together with it in its row.
-            let (before, behind) = (&labels[at - at % width..at], &labels[at..at - at % width + width]);
-            let alike = |&&other: &&u8| other == label;
-            let run = at - before.iter().rev().take_while(alike).count()..at + behind.iter().take_while(alike).count();
-            labels[run.clone()].fill(0);
-            // Of a large one, which can be most of the canvas, the cells are not kept.
-            if component.len() < most {
-                reserve_more(&mut component, run.len())?;
-                component.extend(run.start as u32..run.end as u32);
-            }
-            for start in [run.start.checked_sub(width), Some(run.start + width)].into_iter().flatten() {
-                let mut last = 0;
-                for (at, &other) in (start..).zip(labels.get(start..start + run.len()).unwrap_or_default()) {
-                    if other == label && last != label {
-                        reserve_more(&mut open, 1)?;
-                        open.push(at as u32);
-                    }
-                    last = other;
+        reserve_more(&mut component, 1)?;
+        component.push(first as u32);
+        let (mut next, mut large) = (0, false);
+        while let Some(&at) = component.get(next) {
+            reserve_more(&mut component, 4)?;
+            for other in neighbours(at as usize, width) {
+                if labels.get(other) == Some(&label) {
+                    labels[other] = 0;
+                    component.push(other as u32);
                 }
             }
+            next += 1;
+            // Of a large one, which can be most of the canvas, only the front is kept.
+            if component.len() >= most.max(FRONT) && 2 * next >= component.len() {
+                component.drain(..next);
+                (next, large) = (0, true);
+            }
         }
-        if component.len() < most {
+        if !large && component.len() < most {
             each(&component);
         }
     }

@@ -281,7 +281,7 @@ pub(crate) fn reserve<T>(v: &mut Vec<T>, len: usize) -> Result<()> {
 
 /// Makes room for some more values where there is none: for lists that grow.
 pub(crate) fn reserve_more<T>(list: &mut Vec<T>, count: usize) -> Result<()> {
-    if list.capacity() - list.len() < count { reserve(list, list.len().max(1024).max(count)) } else { Ok(()) }
+    if list.capacity() - list.len() < count { reserve(list, list.len().max(1024)) } else { Ok(()) }
 }
 
 #[cold]
