@@ -94,7 +94,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// a += s·b.
-#[inline(always)]
+#[inline(never)] // inlined it is a fifth of a kilobyte more
 pub(super) fn add_scaled(a: &mut [f64], b: &[f64], s: f64) {
     let ((a, ra), (b, rb)) = (a.as_chunks_mut(), b.as_chunks());
     for (a, &b) in a.iter_mut().zip(b) {
