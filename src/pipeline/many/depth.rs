@@ -3,7 +3,8 @@
 
 use super::carried::carried;
 use super::given::given_depth;
-use super::planes::{Views, plane_depth_of};
+use super::planes::plane_depth_of;
+use super::views::Views;
 use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
 use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};

@@ -15,9 +15,11 @@ mod guided;
 mod labelling;
 pub(crate) mod memory;
 mod picture;
+mod plane_parts;
 mod planes;
 mod result;
 mod view;
+mod views;
 mod visible;
 
 pub use align::{ManyAlignment, align_many};

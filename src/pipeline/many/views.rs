@@ -1,0 +1,67 @@
+//! How photos look at a smaller size, at which they are compared.
+
+use crate::features::{Luma, luma};
+use crate::{ImageView, Result};
+
+/// The longer side.
+const SIDE: usize = 640;
+/// A place with less contrast around it, in levels, is not textured: what stereo finds there is what it expected.
+const CONTRAST: f32 = 14.0;
+const AROUND: usize = 4;
+
+/// Photos as they are compared.
+pub(super) struct Views {
+    pub views: Vec<Option<Luma>>,
+}
+
+impl Views {
+    /// Of the photos that are `used`.
+    pub fn of(photos: &[ImageView<'_>], used: &[usize]) -> Result<Self> {
+        let view = |(i, photo): (usize, &ImageView<'_>)| used.contains(&i).then(|| view(*photo)).transpose();
+        Ok(Self { views: photos.iter().enumerate().map(view).collect::<Result<_>>()? })
+    }
+}
+
+/// How a photo looks at [`SIDE`], NaN where it is not there.
+pub(super) fn view(photo: ImageView<'_>) -> Result<Luma> {
+    let (w, h) = photo.size();
+    let longer = w.max(h).max(SIDE);
+    let (width, height) = ((w * SIDE).div_ceil(longer).max(2).min(w), (h * SIDE).div_ceil(longer).max(2).min(h));
+    let mut view = luma(photo, (width, height))?;
+    if photo.is_masked() {
+        for (at, level) in view.data.iter_mut().enumerate() {
+            if !photo.is_there(photo.pixel(at % width * w / width, at / width * h / height)) {
+                *level = f32::NAN;
+            }
+        }
+    }
+    Ok(view)
+}
+
+/// Whether there is enough contrast around a pixel of a view.
+pub(super) fn textured(view: &Luma, [x, y]: [usize; 2]) -> bool {
+    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+    for row in y.saturating_sub(AROUND)..(y + AROUND + 1).min(view.height) {
+        let columns = x.saturating_sub(AROUND).min(view.width)..(x + AROUND + 1).min(view.width);
+        for &level in &view.data[row * view.width..][columns] {
+            (least, most) = (least.min(level), most.max(level));
+        }
+    }
+    most - least > CONTRAST
+}
+
+/// How bright a place of a photo of this size is in its view; NaN outside.
+pub(super) fn look(view: &Luma, (w, h): (usize, usize), [x, y]: [f64; 2]) -> f32 {
+    let along = |p: f64, from: usize, to: usize| (p + 0.5) * to as f64 / from as f64 - 0.5;
+    let (x, y) = (along(x, w, view.width), along(y, h, view.height));
+    if !(x >= 0.0 && y >= 0.0 && x < (view.width - 1) as f64 && y < (view.height - 1) as f64) {
+        return f32::NAN;
+    }
+    let (column, row) = (x as usize, y as usize);
+    let (u, v) = ((x - column as f64) as f32, (y - row as f64) as f32);
+    let line = |row: usize| {
+        let at = row * view.width + column;
+        view.data[at] * (1.0 - u) + view.data[at + 1] * u
+    };
+    line(row) * (1.0 - v) + line(row + 1) * v
+}
