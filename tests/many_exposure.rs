@@ -5,30 +5,9 @@ mod scene;
 
 use depthstitch::ImageView;
 use depthstitch::pipeline::many::{ManyOptions, Photo, StitchedMany, stitch_many};
-use nalgebra::Vector3;
-use scene::{Pose, Views, level, linear};
+use scene::{SIZE, Views, gallery_from, take};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
-
-const SIZE: (usize, usize) = (320, 240);
-
-/// Multiplies the light of a photo, which falls off towards the corners by a share.
-fn take(rgba: &mut [u8], gain: f64, falloff: f64) {
-    let (w, h) = (SIZE.0 as f64, SIZE.1 as f64);
-    for (i, pixel) in rgba.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let (x, y) = ((i % SIZE.0) as f64 - w / 2.0, (i / SIZE.0) as f64 - h / 2.0);
-        let gain = gain * (1.0 - falloff * 4.0 * (x * x + y * y) / (w * w + h * h));
-        pixel[..3].iter_mut().for_each(|value| *value = level(gain * linear(*value)));
-    }
-}
-
-/// Cameras in front of the gallery, each at (x, z) in metres and turned by an angle to the right.
-fn gallery(places: &[[f64; 3]]) -> Views {
-    let scene = scene::gallery();
-    let first = scene.target;
-    let pose = |&[x, z, yaw]: &[f64; 3]| Pose { centre: first.centre + Vector3::new(x, 0.0, z), yaw, ..first };
-    scene.views(&places.iter().map(pose).collect::<Vec<_>>(), SIZE.0, SIZE.1)
-}
 
 fn stitched(views: &Views, reference: usize) -> StitchedMany {
     let image = |data| ImageView::new("photo", data, SIZE.0, SIZE.1).unwrap();
@@ -39,9 +18,9 @@ fn stitched(views: &Views, reference: usize) -> StitchedMany {
 
 #[test]
 fn known_gains_are_found_although_lenses_darken_corners() {
-    let mut views = gallery(&[[-0.9, 0.0, -0.1], [-0.45, 0.1, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
+    let mut views = gallery_from(&[[-0.9, 0.0, -0.1], [-0.45, 0.1, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
     let taken = [0.6, 1.0, 0.8, 0.5];
-    views.0.iter_mut().zip(taken).for_each(|(view, gain)| take(&mut view.rgba, gain, 0.25));
+    views.0.iter_mut().zip(taken).for_each(|(view, gain)| take(&mut view.rgba, SIZE, gain, 0.25));
     let done = stitched(&views, 1);
     for (photo, (report, gain)) in done.photos.iter().zip(taken).enumerate() {
         println!("{photo}: {:?} for {gain}", report.gains);
@@ -54,10 +33,10 @@ fn known_gains_are_found_although_lenses_darken_corners() {
 /// What is brightened to match the others keeps what its own highlights show.
 #[test]
 fn highlights_of_a_dark_photo_are_kept() {
-    let mut views = gallery(&[[-0.45, 0.0, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
+    let mut views = gallery_from(&[[-0.45, 0.0, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
     // Over-exposed but for the last, which shows what is white in the others.
     for (view, gain) in views.0.iter_mut().zip([2.4, 2.4, 0.8]) {
-        take(&mut view.rgba, gain, 0.0);
+        take(&mut view.rgba, SIZE, gain, 0.0);
     }
     let done = stitched(&views, 0);
     println!("gains {:?}", done.photos[2].gains);

@@ -60,3 +60,35 @@ pub fn textureless() -> Scene {
     scene.add(vec![vec![(ball, Texture::Faint)]]);
     scene
 }
+
+/// A room seen from `count` places next to each other: a tiled floor, a boarded white wall ahead and another one to the right, both with
+/// a picture or two and hardly any joints.
+pub fn room(count: usize, width: usize, height: usize) -> Views {
+    let first = Pose { centre: V::new(-0.9, -1.5, 0.0), yaw: 0.1, pitch: -0.05, roll: 0.0, focal: 0.82 };
+    let mut scene = Scene::new(first, first, V::new(-0.3, -0.6, -0.7), 400.0);
+    let slab =
+        |min: [f64; 3], max: [f64; 3], texture: Texture| (Shape::Box { min: min.into(), max: max.into() }, texture);
+    let white = Texture::Flat(V::repeat(0.75));
+    let board = Texture::Patches { size: 0.12 };
+    let mut ahead =
+        vec![slab([-8.0, -6.0, 5.0], [3.0, 0.0, 5.2], white), slab([-8.0, -0.35, 4.98], [3.0, 0.0, 5.0], board)];
+    let mut right =
+        vec![slab([3.0, -6.0, -2.0], [3.2, 0.0, 5.2], white), slab([2.98, -0.35, -2.0], [3.0, 0.0, 5.0], board)];
+    for i in 0..4 {
+        let at = f64::from(i) * 1.7;
+        ahead.push(slab([at - 3.6, -6.0, 4.995], [at - 3.57, 0.0, 5.0], Texture::Flat(V::repeat(0.3))));
+        right.push(slab([2.995, -6.0, 4.0 - at], [3.0, 0.0, 4.03 - at], Texture::Flat(V::repeat(0.3))));
+    }
+    scene.add(vec![vec![(Shape::Level { y: 0.0 }, Texture::Tiles { size: 0.5 })]]);
+    scene.add(vec![ahead]);
+    scene.add(vec![right]);
+    let pose = |i: usize| {
+        let step = i as f64;
+        Pose {
+            centre: first.centre + V::new(0.45 * step, 0.02 * step, 0.1 * step),
+            yaw: first.yaw + 0.16 * step,
+            ..first
+        }
+    };
+    scene.views(&(0..count).map(pose).collect::<Vec<_>>(), width, height)
+}
