@@ -132,7 +132,7 @@ fn cypresses() -> Vec<Vec<Object>> {
 /// In tubs on the terrace.
 fn trees() -> Vec<Vec<Object>> {
     let mut groups = Vec::new();
-    for (i, (x, z)) in [(-3.9, 9.4), (-1.2, 10.3), (1.9, 9.7), (4.6, 9.2)].into_iter().enumerate() {
+    for (i, (x, z)) in [(-3.0, 9.4), (-1.2, 10.3), (1.9, 9.7), (4.6, 9.2)].into_iter().enumerate() {
         let green = V::new(0.17, 0.30, 0.06);
         let fruit = if i % 2 == 0 { V::new(0.26, 0.30, 0.05) } else { green };
         groups.push(vec![
