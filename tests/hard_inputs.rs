@@ -269,7 +269,8 @@ fn depth_maps_that_say_little_or_nothing() {
                 (70, 40) => f32::MIN,
                 _ => d,
             }),
-            Fine(Depth),
+            // One of them lies beyond every canvas.
+            Warned(Depth, "canvas-clipped"),
         ),
         row(
             "depth of another size than its photo",

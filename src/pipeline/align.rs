@@ -129,10 +129,8 @@ fn align_by_features<'a>(
     timer.end(Stage::Match, observer);
     let first = fit_models(&found.matches, views, options, observer)?;
     timer.end(first.stage(), observer);
-    let second = match options.features.guided {
-        true => align_guided(&found, &first, views, options, observer, timer)?,
-        false => None,
-    };
+    let second =
+        if options.features.guided { align_guided(&found, &first, views, options, observer, timer)? } else { None };
     let mut best = second.unwrap_or(Alignment { matches: Some(found.matches), ..first });
     best.complete_maps(views[1], observer)?;
     timer.end(best.stage(), observer);
