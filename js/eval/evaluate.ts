@@ -5,7 +5,7 @@ import { appearance, instability } from "./appearance.js";
 import { compareHidden, cutReference, type Cut } from "./hidden.js";
 import type { PerceptualDistance } from "./lpips.js";
 import { UNMEASURED, type Group, type Values } from "./measures.js";
-import type { Mode } from "./modes.js";
+import { MEASURED, type Mode } from "./modes.js";
 import { checkTruth, truthError } from "./truth.js";
 
 /** What is measured of one case in one mode. */
@@ -84,15 +84,13 @@ function known(error: unknown): StitchError | FileError {
 
 function stitched(input: Case, mode: Mode, { settings, ownMatches }: Task): Promise<StitchResult> {
   return stitch(input.target, input.reference, {
-    // Where the measures are taken.
-    projection: "plane",
+    ...MEASURED,
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : input.matches,
     targetDepth: mode.depth ? input.targetDepth : undefined,
     referenceDepth: mode.depth ? input.referenceDepth : undefined,
     outputDepth: true,
-    worker: false,
   });
 }
 

@@ -13,7 +13,7 @@ import {
   type StitchResult,
 } from "../index.js";
 import { compare, type Comparison } from "./comparison.js";
-import type { Mode } from "./modes.js";
+import { MEASURED, type Mode } from "./modes.js";
 
 /** Share of the overlap that is hidden. */
 const HIDDEN = 0.4;
@@ -41,8 +41,8 @@ export interface Cut {
  */
 export async function cutReference(input: Case): Promise<Cut | undefined> {
   const { target, reference, matches, targetDepth, referenceDepth } = input;
-  const inputs = { matches, targetDepth, referenceDepth, projection: "plane" } as const;
-  const whole = await stitch(target, reference, { ...inputs, worker: false, fill: "none" });
+  const inputs = { matches, targetDepth, referenceDepth };
+  const whole = await stitch(target, reference, { ...MEASURED, ...inputs, fill: "none" });
   const cut = divide(reference, whole);
   return cut && { ...cut, matches: matches ?? whole.matches };
 }
@@ -107,13 +107,12 @@ export async function compareHidden(
   const { hidden, left } = cut;
   const { reference, referenceDepth } = input;
   const result = await stitch(input.target, crop(reference, left), {
-    projection: "plane",
+    ...MEASURED,
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : matchesIn(cut.matches, left),
     targetDepth: mode.depth ? input.targetDepth : undefined,
     referenceDepth: mode.depth ? depthIn(referenceDepth, reference, left) : undefined,
-    worker: false,
   });
   const found = compare(shownOf(result, hidden, left), crop(reference, hidden));
   if (!found) return undefined;

@@ -7,6 +7,9 @@ export interface Mode {
   readonly depth: boolean;
 }
 
+/** How everything that is measured is stitched: the measures are taken on the reference's plane. */
+export const MEASURED = { projection: "plane", worker: false } as const;
+
 const PAPER: Partial<Options> = { mode: "paper" };
 
 const ablation = (change: Partial<Options>): Mode => ({

@@ -61,9 +61,27 @@ pub fn two_view(
             reference: zero(reference)?,
         });
     };
-    let (target, forward) = dense(&samples[0], target, &mut Portion::new(observer, 0.1, 0.55))?;
-    let (reference, reverse) = dense(&samples[1], reference, &mut Portion::new(observer, 0.55, 1.0))?;
+    let (target, forward) = target_map(&samples[0], target, observer)?;
+    let (reference, reverse) = reference_map(&samples[1], reference, observer)?;
     Ok(TwoView { geometry: estimate, target, reference, prediction_error: [forward, reverse] })
+}
+
+/// The map of the target and its prediction error, after the geometry and before the map of the reference: see [`TwoView`].
+pub(crate) fn target_map(
+    ends: &[DepthSample],
+    target: ImageView<'_>,
+    observer: &mut dyn Observer,
+) -> Result<(InverseDepth, f64)> {
+    dense(ends, target, &mut Portion::new(observer, 0.1, 0.55))
+}
+
+/// The map of the reference, and its prediction error.
+pub(crate) fn reference_map(
+    ends: &[DepthSample],
+    reference: ImageView<'_>,
+    observer: &mut dyn Observer,
+) -> Result<(InverseDepth, f64)> {
+    dense(ends, reference, &mut Portion::new(observer, 0.55, 1.0))
 }
 
 /// The dense map of one photo through `ends`, relative to a plane and of mean square 1 there, and its prediction error: see

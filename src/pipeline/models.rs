@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::align::Alignment;
 use super::options::{Options, WithoutDepth};
-use crate::depth::{dense, derive_missing};
+use crate::depth::{derive_missing, reference_map, target_map};
 use crate::features::track;
 use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate, two_view_geometry};
 use crate::observer::{Observer, Portion};
@@ -87,7 +87,7 @@ fn fit_two_view<'a>(
         let prediction_error = Some(found.estimate.residual);
         return Ok(Alignment { prediction_error, ..alignment(found.estimate, [None, None]) });
     };
-    let (map, error) = dense(&of_target, target.image, &mut Portion::new(observer, 0.1, 0.55))?;
+    let (map, error) = target_map(&of_target, target.image, observer)?;
     let (depth, prediction_error) = ([Some(Cow::Owned(map)), None], Some([error; 2]));
     Ok(Alignment { prediction_error, missing: Some(of_reference), ..alignment(found.estimate, depth) })
 }
@@ -159,7 +159,7 @@ impl Alignment<'_> {
     /// Makes the reference's map if it is missing: to match once more, the target's is enough.
     pub(super) fn complete_maps(&mut self, reference: View<'_>, observer: &mut dyn Observer) -> Result<()> {
         if let Some(samples) = self.missing.take() {
-            let (map, error) = dense(&samples, reference.image, &mut Portion::new(observer, 0.55, 1.0))?;
+            let (map, error) = reference_map(&samples, reference.image, observer)?;
             self.depth[1] = Some(Cow::Owned(map));
             self.prediction_error = self.prediction_error.map(|[forward, _]| [forward, error]);
         }

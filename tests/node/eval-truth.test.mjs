@@ -59,24 +59,12 @@ test("truth error: few points, holes, far points and other true depth", () => {
   const fitted = { h: IDENTITY, e: new Float64Array([0, 0, 0]) };
   const size = { width: 1000, height: 1000 };
   // A 20×16 target has 5×4 = 20 grid points: too few; one more row is enough.
-  assert.equal(
-    mapError(
-      fitted,
-      truth(0),
-      depthMap(20, 16, () => 1),
-      size,
-    ).inside,
-    null,
-  );
-  assert.deepEqual(
-    mapError(
-      fitted,
-      truth(0),
-      depthMap(20, 17, () => 1),
-      size,
-    ).inside,
-    [0, 0],
-  );
+  const inside = (/** @type {number} */ height) => {
+    const depth = depthMap(20, height, () => 1);
+    return mapError(fitted, truth(0), depth, size).inside;
+  };
+  assert.equal(inside(16), null);
+  assert.deepEqual(inside(17), [0, 0]);
   // Holes and depth that is not positive are left out.
   const holes = depthMap(40, 40, (x) => (x < 20 ? NaN : x < 36 ? 1 : 0));
   assert.equal(mapError(fitted, truth(0), holes, size).inside?.length, 2);

@@ -3,6 +3,7 @@
 use super::level::Level;
 use crate::Result;
 use crate::Stage;
+use crate::components::neighbours;
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
 
@@ -92,10 +93,10 @@ impl Field {
     fn equation(&self, level: &Level, node: usize) -> Equation {
         let share = level.distance[node] / REACH;
         let fading = FADING * share * share + LEAST_FADING;
-        let free = self.of_node(node, [fading, 0.0, fading], [0.0; 2]);
+        let free = || self.of_node(node, [fading, 0.0, fading], [0.0; 2]);
         let near = level.distance[node] / BAND;
         if near > NEGLIGIBLE {
-            return free;
+            return free();
         }
         let [u, v] = self.values[node];
         let (x, y) = ((node % self.width) as f32 + u, (node / self.width) as f32 + v);
@@ -103,7 +104,7 @@ impl Field {
         let gy = 0.5 * (level.luma(x, y + 1.0) - level.luma(x, y - 1.0));
         let apart = level.luma(x, y) - level.reference[node];
         if (apart + gx + gy).is_nan() {
-            return free;
+            return free();
         }
         let outlier = apart / OUTLIER;
         let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
@@ -114,17 +115,16 @@ impl Field {
 
     /// The equations of a node by its own matrix and right side.
     fn of_node(&self, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
-        let (width, column) = (self.width, node % self.width);
-        let around = [
-            node - usize::from(column > 0),
-            node + usize::from(column + 1 < width),
-            if node >= width { node - width } else { node },
-            if node + width < self.values.len() { node + width } else { node },
-        ];
+        let around = neighbours(node, self.width);
         let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
         let scale = 1.0 / (a * c - b * b);
         let inverse = [c * scale, b * scale, a * scale];
-        Equation { node: node as u32, around: around.map(|node| node as u32), inverse, right }
+        Equation {
+            node: node as u32,
+            around: around.map(|next| if next < self.values.len() { next } else { node } as u32),
+            inverse,
+            right,
+        }
     }
 
     /// A step of successive overrelaxation.

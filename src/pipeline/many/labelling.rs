@@ -18,18 +18,6 @@ pub(super) struct Labelling {
 }
 
 impl Labelling {
-    /// The nodes beside one.
-    pub fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> + use<> {
-        let (column, row) = (node % self.columns, node / self.columns);
-        let beside = [
-            (column > 0, node.wrapping_sub(1)),
-            (column + 1 < self.columns, node + 1),
-            (row > 0, node.wrapping_sub(self.columns)),
-            (row + 1 < self.rows, node + self.columns),
-        ];
-        beside.into_iter().filter_map(|(there, next)| there.then_some(next))
-    }
-
     /// The label of every node. `apart` says what it costs that two labels meet between neighbouring nodes, the first of which is the left
     /// or the upper one.
     pub fn solve(&self, apart: &dyn Fn([usize; 2], [usize; 2]) -> f32) -> Result<Vec<usize>> {

@@ -2,7 +2,8 @@
 //! look there; planes change where the photo's colours do.
 
 use super::labelling::Labelling;
-use super::views::{look, textured};
+use super::views::{brightness_at, textured};
+use crate::components::{connected_components, neighbours};
 use crate::depth::{sample_grid, sample_step};
 use crate::features::Luma;
 use crate::geometry::{Model, plane_depth};
@@ -57,17 +58,17 @@ pub(super) struct Scene<'a> {
     pub parallax: f64,
     /// Distance of what is part of a plane, in that one's pixels.
     pub tolerance: f64,
-    pub others: Vec<OtherLook<'a>>,
+    pub others: Vec<NeighbourView<'a>>,
 }
 
 /// Another photo.
-pub(super) struct OtherLook<'a> {
+pub(super) struct NeighbourView<'a> {
     /// Leads there.
     pub model: Model,
     pub view: &'a Luma,
     pub size: (usize, usize),
     /// How many times as bright this photo is as that one.
-    pub darker: f32,
+    pub gain: f32,
 }
 
 impl PlaneDepth {
@@ -105,10 +106,10 @@ impl Scene<'_> {
             return 2.0 * MOST_COST;
         }
         let (mut total, mut seeing) = (0.0, 0.0);
-        for OtherLook { model, view, size, darker } in &self.others {
+        for NeighbourView { model, view, size, gain } in &self.others {
             let off = |pixel: &[f64; 2]| {
                 let place = model.project(pixel[0], pixel[1], plane_depth(plane, *pixel))?;
-                let off = look(self.view, self.size, *pixel) - darker * look(view, *size, place);
+                let off = brightness_at(self.view, self.size, *pixel) - gain * brightness_at(view, *size, place);
                 Some(off).filter(|off| !off.is_nan())
             };
             let found: Vec<f32> = pixels.iter().filter_map(off).collect();
@@ -206,7 +207,15 @@ impl Scene<'_> {
             taken(a) && taken(b) && gap(pair, pair.map(|node| labels[node])) >= 1.0
         };
         // A surface cannot tear: what nobody else sees is better left to it, as far as it hangs together with where planes lie apart.
-        let left = spread(&labelling, &unseen, &|node| labelling.neighbours(node).any(|next| torn(node, next)))?;
+        let mut left = filled(columns * rows, false)?;
+        let labels_of_unseen = (0..columns * rows).map(|node| u8::from(unseen(node))).collect();
+        connected_components(labels_of_unseen, columns, usize::MAX, &mut |component| {
+            let beside = |node: usize| neighbours(node, columns).into_iter().filter(|next| *next < columns * rows);
+            let tears = |node: usize| beside(node).any(|next| torn(node, next));
+            if component.iter().any(|node| tears(*node as usize)) {
+                component.iter().for_each(|node| left[*node as usize] = true);
+            }
+        })?;
         let on_plane: Vec<bool> = (0..columns * rows).map(|node| open[node] && taken(node) && !left[node]).collect();
         let mut samples = Vec::new();
         let step = sample_step(self.size);
@@ -220,17 +229,4 @@ impl Scene<'_> {
         }
         Ok(PlaneDepth { samples, columns, part, on_plane })
     }
-}
-
-/// The nodes that hang together, `within` some, with those of them that are `first`.
-fn spread(labelling: &Labelling, within: &dyn Fn(usize) -> bool, first: &dyn Fn(usize) -> bool) -> Result<Vec<bool>> {
-    let nodes = labelling.columns * labelling.rows;
-    let mut reached = filled(nodes, false)?;
-    let mut rest: Vec<usize> = (0..nodes).filter(|node| within(*node) && first(*node)).collect();
-    while let Some(node) = rest.pop() {
-        if !std::mem::replace(&mut reached[node], true) {
-            rest.extend(labelling.neighbours(node).filter(|next| within(*next)));
-        }
-    }
-    Ok(reached)
 }

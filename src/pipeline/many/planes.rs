@@ -4,8 +4,8 @@
 
 use nalgebra::Matrix3;
 
-use super::plane_parts::{OtherLook, PlaneDepth, Scene};
-use super::views::{Views, look, textured};
+use super::plane_parts::{NeighbourView, PlaneDepth, Scene};
+use super::views::{Views, brightness_at, textured};
 use crate::depth::sample_grid;
 use crate::features::Luma;
 use crate::geometry::{DepthSample, Model, MultiView, tile_planes, weighted_plane};
@@ -54,11 +54,11 @@ pub(super) fn plane_depth_of(
             samples.extend(marks.iter().map(|s| DepthSample::new(&model, s.point, s.depth)));
             let ratio = |s: &DepthSample| {
                 let place = there.project(s.point[0], s.point[1], s.depth)?;
-                let ratio = look(view, size, s.point) / look(seen, photos[from].size(), place);
+                let ratio = brightness_at(view, size, s.point) / brightness_at(seen, photos[from].size(), place);
                 (ratio.is_finite() && ratio > 0.0).then_some(f64::from(ratio))
             };
-            if let Some(darker) = median(marks.iter().filter_map(ratio).collect()) {
-                others.push(OtherLook { model: there, view: seen, size: photos[from].size(), darker: darker as f32 });
+            if let Some(gain) = median(marks.iter().filter_map(ratio).collect()) {
+                others.push(NeighbourView { model: there, view: seen, size: photos[from].size(), gain: gain as f32 });
             }
         }
     }
@@ -178,7 +178,7 @@ mod tests {
             let same = |found: &[f64; 3]| off(found, 150.0) < 3e-3 && off(found, 220.0) < 3e-3;
             assert!(planes.iter().any(same), "{planes:?} lack {plane:?}");
         }
-        let others = vec![OtherLook { model, view: &views[1], size: SIZE, darker: 1.0 }];
+        let others = vec![NeighbourView { model, view: &views[1], size: SIZE, gain: 1.0 }];
         let scene = Scene { size: SIZE, view: &views[0], model, parallax: ASIDE, tolerance, others };
         let found = scene.label(&planes, Some(&known)).unwrap();
         let wall = sample_grid(SIZE).filter(|(_, y)| *y < BOARD).count();

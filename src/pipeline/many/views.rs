@@ -51,7 +51,7 @@ pub(super) fn textured(view: &Luma, [x, y]: [usize; 2]) -> bool {
 }
 
 /// How bright a place of a photo of this size is in its view; NaN outside.
-pub(super) fn look(view: &Luma, (w, h): (usize, usize), [x, y]: [f64; 2]) -> f32 {
+pub(super) fn brightness_at(view: &Luma, (w, h): (usize, usize), [x, y]: [f64; 2]) -> f32 {
     let along = |p: f64, from: usize, to: usize| (p + 0.5) * to as f64 / from as f64 - 0.5;
     let (x, y) = (along(x, w, view.width), along(y, h, view.height));
     if !(x >= 0.0 && y >= 0.0 && x < (view.width - 1) as f64 && y < (view.height - 1) as f64) {

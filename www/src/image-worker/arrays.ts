@@ -1,5 +1,5 @@
-import type { Bytes, DepthMap } from "./contents.js";
 /** What is asked of large arrays. */
+import type { Bytes, DepthMap } from "./contents.js";
 
 /** How many pixels of a mask are set: 255 rather than 0. */
 export function countSet({ data }: Bytes): number {

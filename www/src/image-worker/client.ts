@@ -1,4 +1,4 @@
-import type { Held, Lodged, Photo, Pixels } from "./contents.js";
+import { isPixels, type Held, type Lodged, type Photo, type Pixels } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
 import type { Reply, Request, TaskName, Tasks } from "./tasks.js";
 
@@ -51,12 +51,6 @@ export async function decodePhoto(...args: Parameters<Tasks["decodePhoto"]>): Pr
   const photo = await imageTask("decodePhoto", ...args);
   forgotten.register(photo.pixels, photo.pixels.held);
   return photo;
-}
-
-function isPixels(value: unknown): value is Pixels {
-  return (
-    typeof value === "object" && value !== null && "data" in value && ArrayBuffer.isView(value.data)
-  );
 }
 
 function post<N extends TaskName>(

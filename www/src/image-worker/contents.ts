@@ -19,6 +19,13 @@ export interface Pixels extends Size {
     | Uint16Array<ArrayBuffer>
     | Float32Array<ArrayBuffer>;
 }
+
+export function isPixels(value: unknown): value is Pixels {
+  return (
+    typeof value === "object" && value !== null && "data" in value && ArrayBuffer.isView(value.data)
+  );
+}
+
 export interface Rgba extends Size {
   readonly data: Uint8ClampedArray<ArrayBuffer>;
 }

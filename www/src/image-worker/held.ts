@@ -1,5 +1,5 @@
-import type { Held, Pixels } from "./contents.js";
 /** The large arrays that the image worker holds: pictures and maps, which the main thread would take too long to copy. */
+import type { Held, Pixels } from "./contents.js";
 
 interface Entry {
   /** Null for what was taken. */

@@ -1,3 +1,4 @@
+import { isPixels } from "../image-worker/contents.js";
 import type { NetworkName, NetworkProgress, NetworkReply, Requests } from "./requests.js";
 
 /** A network could not be fetched or run. The message is for the user. */
@@ -7,11 +8,9 @@ export class NetworkError extends Error {
 
 /** The buffers of pictures among the arguments, which are given away. */
 function buffersOf(args: object): Transferable[] {
-  return Object.values(args).flatMap((arg: unknown) =>
-    typeof arg === "object" && arg !== null && "data" in arg && ArrayBuffer.isView(arg.data)
-      ? [arg.data.buffer as ArrayBuffer]
-      : [],
-  );
+  return Object.values(args)
+    .filter(isPixels)
+    .map(({ data }) => data.buffer);
 }
 
 /** Milliseconds after which an idle worker, which holds a network in memory, is terminated. */
