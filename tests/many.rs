@@ -225,6 +225,23 @@ fn chosen_reference_stays() {
     assert_eq!(found.reference, 1, "the one in the middle");
 }
 
+/// A photo that was shaken shows only what a sharp one between it and the reference does not.
+#[test]
+fn the_sharper_photo_shows() {
+    let mut views = gallery_from(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.3], [0.0, 0.0, 0.2]]);
+    let sharp = views.0[1].rgba.clone();
+    for (i, blurred) in views.0[1].rgba.iter_mut().enumerate() {
+        let (x, row) = (i / 4 % SIZE.0, i - i / 4 % SIZE.0 * 4);
+        let around = (x.saturating_sub(2)..(x + 3).min(SIZE.0)).map(|x| u32::from(sharp[row + 4 * x]));
+        *blurred = (around.clone().sum::<u32>() / around.count() as u32) as u8;
+    }
+    let options = ManyOptions { reference: Some(0), ..ManyOptions::default() };
+    let done = stitch_many(&photos(&views), &options, &mut ()).unwrap();
+    assert!(done.photos.iter().all(|photo| photo.code == PhotoCode::Used));
+    let shown = |photo: u8| done.labels.data().iter().filter(|label| **label == photo + 1).count();
+    assert!(2 * shown(1) < shown(2), "{} pixels of the blurred photo, {} of the sharp one", shown(1), shown(2));
+}
+
 #[test]
 fn the_same_photo_twice_does_no_harm() {
     let mut views = gallery_from(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0]]);

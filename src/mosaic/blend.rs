@@ -124,8 +124,8 @@ pub fn blend(
     let mut seam = seam::sides(&image, &placed)?;
 
     // Colours, then the seam, then the transition across it.
-    let reliability = seam::Reliability { reliable, confidence: warped.confidence.as_ref() };
-    let gains = compose((&mut image, None), &mut seam, &placed, &reliability, options, observer)?;
+    let preference = seam::Preference { reliable, confidence: warped.confidence.as_ref(), labels: None };
+    let gains = compose((&mut image, None), &mut seam, &placed, &preference, options, observer)?;
 
     // Voids: within the footprint, but of neither photo.
     let mut voids = Vec::new();
@@ -158,7 +158,7 @@ pub(super) fn compose(
     (image, gains): (&mut Image, Option<[f64; 3]>),
     seam: &mut Mask,
     base: &Placed<'_>,
-    reliability: &seam::Reliability<'_>,
+    preference: &seam::Preference<'_>,
     options: &BlendOptions,
     observer: &mut dyn Observer,
 ) -> Result<[f64; 3]> {
@@ -170,7 +170,7 @@ pub(super) fn compose(
     if options.seam == Seam::Off {
         seam::middle(image, base, seam)?;
     } else {
-        seam::cut(image, base, reliability, seam, &mut Portion::new(observer, 0.25, 0.55))?;
+        seam::cut(image, base, preference, seam, &mut Portion::new(observer, 0.25, 0.55))?;
     }
     if options.seam == Seam::Aligned {
         alignment::align(image, base, seam, &mut Portion::new(observer, 0.55, 0.6))?;

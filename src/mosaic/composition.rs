@@ -103,12 +103,7 @@ impl Composition {
         let (x, width) = range(x0, x1, self.offset.0, self.image.width());
         let (y, height) = range(y0, y1, self.offset.1, self.image.height());
         let window = Rect { x, y, width, height };
-        let mut values = Vec::new();
-        reserve(&mut values, width * height)?;
-        for row in self.depth.data().chunks_exact(self.depth.width()).skip(y).take(height) {
-            values.extend_from_slice(&row[x..x + width]);
-        }
-        let depth = InverseDepth::from_values(values, width, height);
+        let depth = InverseDepth::from_values(part(self.depth.data(), self.depth.width(), window)?, width, height);
         Ok((self.cut_out(window)?, depth, [x as i64 - self.offset.0 as i64, y as i64 - self.offset.1 as i64]))
     }
 
@@ -161,9 +156,11 @@ impl Composition {
         let (mut image, confidence) = cut_warped(warped, window, (left, top))?;
         let mut shown = seam::sides(&image, &placed)?;
         let overlap = shown.data().iter().filter(|side| **side == 3).count();
-        let reliability = seam::Reliability { reliable: None, confidence: confidence.as_ref() };
+        let labels =
+            Mask::from_bytes(part(self.labels.data(), self.labels.width(), window)?, window.width, window.height);
+        let preference = seam::Preference { reliable: None, confidence: confidence.as_ref(), labels: Some(&labels) };
         let options = BlendOptions { bands, ..options.clone() };
-        let gains = compose((&mut image, gains), &mut shown, &placed, &reliability, &options, observer)?;
+        let gains = compose((&mut image, gains), &mut shown, &placed, &preference, &options, observer)?;
         self.paste(&image, &shown, window, label);
         self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));
@@ -245,6 +242,16 @@ impl Composition {
             own[left..].iter_mut().zip(drawn).for_each(|(own, &drawn)| *own |= drawn);
         }
     }
+}
+
+/// A window of `data` of this width, row by row.
+fn part<T: Copy>(data: &[T], width: usize, window: Rect) -> Result<Vec<T>> {
+    let mut out = Vec::new();
+    reserve(&mut out, window.width * window.height)?;
+    for row in data.chunks_exact(width).skip(window.y).take(window.height) {
+        out.extend_from_slice(&row[window.x..window.x + window.width]);
+    }
+    Ok(out)
 }
 
 /// `data` of this size, so many numbers a pixel, on a larger canvas (left, top, width, height) of a value.

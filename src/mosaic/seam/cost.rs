@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use wide::i32x4;
 
+use super::detail::Detail;
 use super::level::Level;
-use super::{BOTH, COARSEST, Reliability};
+use super::{BOTH, COARSEST, Preference};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
@@ -35,7 +36,7 @@ const UNLIKE: i32 = 64;
 pub(super) fn finest(
     image: &Image,
     reference: &Placed<'_>,
-    reliability: &Reliability<'_>,
+    preference: &Preference<'_>,
     seam: &Mask,
     observer: &mut dyn Observer,
 ) -> Result<Option<Level>> {
@@ -48,6 +49,10 @@ pub(super) fn finest(
     let Some(overlap) = bounding_box(size.1, overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
+    let detail = match preference.labels {
+        Some(labels) => Some((Detail::of(image, reference, seam, labels)?, labels)),
+        None => None,
+    };
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
         let y = rows.start + j;
@@ -68,14 +73,15 @@ pub(super) fn finest(
             let [.., count] = around.to_array();
             let apart = (around.abs() & COLOURS).reduce_add() / count.abs().max(1);
             let change = differences.change(y, i);
-            let confidence = reliability.confidence.map_or(255, |mask| mask.data()[at + i]);
+            let confidence = preference.confidence.map_or(255, |mask| mask.data()[at + i]);
             let place = (y - reference.top) * reference.photo.width() + x - reference.left;
-            let reliable = reliability.reliable.is_none_or(|mask| mask.data()[place] != 0);
+            let reliable = preference.reliable.is_none_or(|mask| mask.data()[place] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
             cell.cost = seam_cost(apart, change + extra);
-            cell.data_cost = (DATA_COST * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as u16;
+            let blurred = detail.as_ref().map_or(0, |(detail, labels)| detail.cost(labels.data()[at + i]));
+            cell.data_cost = (DATA_COST * lost * unlike / (i32::from(RELIABLE) * UNLIKE)) as i16 + blurred;
         }
     }
     Ok(Some(level))

@@ -31,8 +31,8 @@ pub(super) struct Cell {
     pub shown: u8,
     /// Seam cost.
     pub cost: u16,
-    /// Data cost of showing the target.
-    pub data_cost: u16,
+    /// Data cost of showing the target rather than the reference.
+    pub data_cost: i16,
 }
 
 /// A window of the canvas in cells of one size.
@@ -59,13 +59,13 @@ impl Level {
         let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
         let (mut x, mut y) = (0, 0);
         for cell in &mut half.cells {
-            let (mut counts, mut sum, mut data) = ([0u32; 4], 0, 0);
+            let (mut counts, mut sum, mut data) = ([0u32; 4], 0, 0i32);
             for (i, j) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
                 if i < self.width && j < self.height {
                     let fine = &self.cells[j * self.width + i];
                     counts[usize::from(fine.side & BOTH)] += 1;
                     if fine.side == BOTH {
-                        (sum, data) = (sum + u32::from(fine.cost), data + u32::from(fine.data_cost));
+                        (sum, data) = (sum + u32::from(fine.cost), data + i32::from(fine.data_cost));
                     }
                 }
             }
@@ -78,7 +78,8 @@ impl Level {
             };
             cell.cost = sum.checked_div(both).unwrap_or(0) as u16;
             // A cell has four times the pixels, and twice the sides of pixels: these are the unit.
-            cell.data_cost = (2 * data).checked_div(both).unwrap_or(0).min(u32::from(u16::MAX)) as u16;
+            cell.data_cost =
+                (2 * data).checked_div(both as i32).unwrap_or(0).clamp(i16::MIN.into(), i16::MAX.into()) as i16;
             x += 2;
             if x >= self.width {
                 (x, y) = (0, y + 2);

@@ -5,6 +5,7 @@
 //! a coarse grid and refined within a narrow band at twice the resolution, again and again.
 
 mod cost;
+mod detail;
 mod flow;
 mod islands;
 mod level;
@@ -87,23 +88,25 @@ pub(crate) fn predict(choices: &[Choice], width: usize) -> Result<Vec<bool>> {
     Ok(target)
 }
 
-/// Where the alignment may be wrong.
-pub(super) struct Reliability<'a> {
+/// What decides besides how alike the photos are.
+pub(super) struct Preference<'a> {
     /// On the reference's grid, where it is reliable.
     pub reliable: Option<&'a Mask>,
     /// Of the warped target's pixels: see [`crate::warp::Warped`].
     pub confidence: Option<&'a Mask>,
+    /// Which photo shows in the reference, if that is a mosaic itself: the sharper one is preferred.
+    pub labels: Option<&'a Mask>,
 }
 
 /// Decides by a minimum cut for every pixel that both photos cover.
 pub(super) fn cut(
     image: &Image,
     reference: &Placed<'_>,
-    reliability: &Reliability<'_>,
+    preference: &Preference<'_>,
     seam: &mut Mask,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let Some(finest) = cost::finest(image, reference, reliability, seam, &mut Portion::new(observer, 0.0, 0.5))? else {
+    let Some(finest) = cost::finest(image, reference, preference, seam, &mut Portion::new(observer, 0.0, 0.5))? else {
         return Ok(());
     };
     let mut levels = vec![finest];
