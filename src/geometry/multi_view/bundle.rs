@@ -70,6 +70,13 @@ impl LeastSquares for Reprojection {
         for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
             landmark.depth += step;
         }
+        if self.unknowns.per_photo == 6 {
+            // Only the prior of depth determines the scale, and steps are straight where that leads along a curve: it would take dozens
+            // of them. The best scale is known.
+            let depths = moved.landmarks.iter().map(|landmark| landmark.depth);
+            let (sum, squares) = depths.fold((0.0, 0.0), |(sum, squares), d| (sum + d, squares + d * d));
+            moved.scale(squares / sum);
+        }
         moved
     }
 }

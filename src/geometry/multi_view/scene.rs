@@ -161,7 +161,16 @@ impl Scene {
     /// Scales the scene so that the median inverse depth is 1.
     pub fn normalise(&mut self) {
         let depths: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.depth).collect();
-        let Some(scale) = median(depths).filter(|scale| *scale > 0.0 && scale.is_normal()) else { return };
+        if let Some(depth) = median(depths) {
+            self.scale(depth);
+        }
+    }
+
+    /// Makes the scene so many times larger, unless that is impossible.
+    pub fn scale(&mut self, scale: f64) {
+        if !(scale > 0.0 && scale.is_normal()) {
+            return;
+        }
         self.landmarks.iter_mut().for_each(|landmark| landmark.depth /= scale);
         self.cameras.iter_mut().flatten().for_each(|camera| camera.translation *= scale);
     }
