@@ -2,7 +2,7 @@
 //! reprojection errors. The landmarks are eliminated (Schur complement); what is left has six unknowns a photo and is solved
 //! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
-use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 use super::least_squares::{Equations, cauchy};
 use super::scene::{Camera, Landmark, Scene};
@@ -44,11 +44,12 @@ impl LeastSquares for Reprojection {
     fn normal_equations(&self, scene: &Scene) -> SceneEquations {
         let depths = Vec::with_capacity(scene.landmarks.len());
         let mut equations = SceneEquations { common: Equations::zeros(self.unknowns.count), depths };
+        let motions = Motions::of(scene);
         for landmark in &scene.landmarks {
-            equations.add_landmark(scene, &self.unknowns, landmark);
+            equations.add_landmark(scene, &self.unknowns, &motions, landmark);
         }
         let (mean, deviation) = (self.focal[0], self.focal[1]);
-        let (off, weight) = (scene.log_focal - mean, 1.0 / (deviation * deviation));
+        let (off, weight) = (libm::log(scene.focal) - mean, 1.0 / (deviation * deviation));
         equations.common.cost += 0.5 * weight * off * off;
         equations.common.gradient[0] += weight * off;
         equations.common.add(0, 0, weight);
@@ -57,7 +58,7 @@ impl LeastSquares for Reprojection {
 
     fn moved(&self, scene: &Scene, step: &Step) -> Scene {
         let mut moved = scene.clone();
-        moved.log_focal += step.common[0];
+        moved.focal *= libm::exp(step.common[0]);
         for (camera, offset) in moved.cameras.iter_mut().zip(&self.unknowns.offsets) {
             if let (Some(camera), Some(at)) = (camera, *offset) {
                 let three = |at: usize| step.common.fixed_rows::<3>(at).into_owned();
@@ -104,6 +105,24 @@ impl Unknowns {
     }
 }
 
+/// R and t from each camera to each other.
+struct Motions {
+    cameras: usize,
+    motions: Vec<Option<(Matrix3<f64>, Vector3<f64>)>>,
+}
+
+impl Motions {
+    fn of(scene: &Scene) -> Self {
+        let cameras = &scene.cameras;
+        let from = |from: &Option<Camera>| cameras.iter().map(|to| Some((*from)?.motion_to(to.as_ref()?))).collect();
+        Self { cameras: cameras.len(), motions: cameras.iter().flat_map(|camera| -> Vec<_> { from(camera) }).collect() }
+    }
+
+    fn between(&self, [from, to]: [usize; 2]) -> Option<&(Matrix3<f64>, Vector3<f64>)> {
+        self.motions[from * self.cameras + to].as_ref()
+    }
+}
+
 /// A step of all unknowns.
 struct Step {
     common: DVector<f64>,
@@ -121,29 +140,35 @@ struct SceneEquations {
 struct DepthEquation {
     square: f64,
     gradient: f64,
-    /// With the other unknowns.
+    /// With the other unknowns, in their order.
     mixed: Vec<(usize, f64)>,
 }
 
 impl SceneEquations {
-    fn add_landmark(&mut self, scene: &Scene, unknowns: &Unknowns, landmark: &Landmark) {
+    fn add_landmark(&mut self, scene: &Scene, unknowns: &Unknowns, motions: &Motions, landmark: &Landmark) {
         let weight = 1.0 / (DEPTH_PRIOR * DEPTH_PRIOR);
         let off = landmark.depth - 1.0;
         self.common.cost += 0.5 * weight * off * off;
-        let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::new() };
+        let count = 1 + unknowns.per_photo * (1 + landmark.seen.len());
+        let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::with_capacity(count) };
         for o in &landmark.seen {
-            let row = Row::of(scene, unknowns, landmark, o);
+            let row = Row::of(scene, unknowns, motions, landmark, o);
             let (cost, weight) = cauchy(row.as_ref().map(|row| row.error), scene.noise);
             self.common.cost += cost;
             let Some(row) = row else { continue };
             let slopes = &row.slopes[..row.count];
             self.common.add_residual(slopes, row.error, weight);
-            for (k, error) in row.error.iter().enumerate() {
-                let scaled = weight * row.depth[k];
-                depth.square += scaled * row.depth[k];
-                depth.gradient += scaled * error;
-                if unknowns.per_photo == 6 {
-                    slopes.iter().for_each(|(at, slopes)| depth.add(*at, scaled * slopes[k]));
+            let [x, y] = row.depth.map(|slope| weight * slope);
+            depth.square += x * row.depth[0] + y * row.depth[1];
+            depth.gradient += x * row.error[0] + y * row.error[1];
+            if unknowns.per_photo == 6 {
+                for (i, (at, slopes)) in slopes.iter().enumerate() {
+                    let value = x * slopes[0] + y * slopes[1];
+                    match depth.mixed.get_mut(i) {
+                        // The focal length and the anchor's pose are those of every observation.
+                        Some((_, sum)) if i < row.shared => *sum += value,
+                        _ => depth.mixed.push((*at, value)),
+                    }
                 }
             }
         }
@@ -168,10 +193,10 @@ impl Linearised for SceneEquations {
         for depth in &self.depths {
             let inverse = 1.0 / (depth.square * (1.0 + damping));
             for (a, (at, value)) in depth.mixed.iter().enumerate() {
-                reduced.gradient[*at] -= value * inverse * depth.gradient;
-                for (other, second) in &depth.mixed[..=a] {
-                    reduced.add(*at, *other, -value * inverse * second);
-                }
+                let scaled = value * inverse;
+                reduced.gradient[*at] -= scaled * depth.gradient;
+                let mut column = reduced.matrix.column_mut(*at);
+                depth.mixed[a..].iter().for_each(|(other, second)| column[*other] -= scaled * second);
             }
         }
         let common = reduced.solve()?;
@@ -188,61 +213,55 @@ impl Linearised for SceneEquations {
     }
 }
 
-impl DepthEquation {
-    /// Adds to what belongs to one unknown; they are in ascending order.
-    fn add(&mut self, at: usize, value: f64) {
-        let after = self.mixed.iter().position(|(other, _)| *other >= at).unwrap_or(self.mixed.len());
-        match self.mixed.get_mut(after) {
-            Some((other, sum)) if *other == at => *sum += value,
-            _ => self.mixed.insert(after, (at, value)),
-        }
-    }
-}
-
 /// The derivatives of one observation's error.
 struct Row {
     error: [f64; 2],
-    /// Unknown, and the slopes of both coordinates.
+    /// Unknown, and the slopes of both coordinates, in the order of the unknowns, as the anchor is the first photo of a track.
     slopes: [(usize, [f64; 2]); 13],
     count: usize,
+    /// How many of them are of unknowns that belong to all observations of the landmark.
+    shared: usize,
     depth: [f64; 2],
 }
 
 impl Row {
-    fn of(scene: &Scene, unknowns: &Unknowns, landmark: &Landmark, o: &Observation) -> Option<Self> {
-        let from = scene.cameras[landmark.anchor.photo].as_ref()?;
-        let to = scene.cameras[o.photo].as_ref()?;
-        let ((rotation, t), w) = (from.motion_to(to), landmark.depth);
+    fn of(scene: &Scene, unknowns: &Unknowns, motions: &Motions, landmark: &Landmark, o: &Observation) -> Option<Self> {
+        let photos = [landmark.anchor.photo, o.photo];
+        let (rotation, t) = motions.between(photos)?;
+        let [from, to] = photos.map(|photo| scene.cameras[photo].as_ref());
+        let w = landmark.depth;
         let ray = scene.ray(&landmark.anchor);
         let seen = scene.error(rotation * ray + t * w, o)?;
         let p = seen.point;
         let scale = scene.diagonals[o.photo] * scene.focal(o.photo) / p[2];
-        let slope = Matrix2x3::new(1.0, 0.0, -p[0] / p[2], 0.0, 1.0, -p[1] / p[2]) * scale;
-        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 13], count: 0, depth: [0.0; 2] };
-        let depth = slope * t;
-        row.depth = [depth[0], depth[1]];
-        let mut put = |at: usize, x: f64, y: f64| {
-            row.slopes[row.count] = (at, [x, y]);
-            row.count += 1;
-        };
+        // Of both coordinates: the slopes by the point in the axes of this camera, and of the anchor's.
+        let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
+        let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
+        let depth = slopes.map(|slope| slope.dot(t));
+        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 13], count: 0, shared: 0, depth };
         // A longer lens enlarges this photo, and straightens the rays of the other.
-        let bent = slope * (rotation * Vector3::new(-ray[0], -ray[1], 0.0));
-        put(0, bent[0] + scale * p[0], bent[1] + scale * p[1]);
+        let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
+        row.put(0, [bent[0] + scale * p[0], bent[1] + scale * p[1]]);
         // ω × v = −[v]× ω; R_to Rᵀ_from exp(−ω) c moves by R [c]× ω.
-        let turned = |v: Vector3<f64>| -(slope * v.cross_matrix());
-        let of_anchor = slope * rotation * (ray - from.translation * w).cross_matrix();
-        let shift = slope * w;
-        let ends =
-            [(o.photo, turned(p - to.translation * w), shift), (landmark.anchor.photo, of_anchor, -(shift * rotation))];
-        for (photo, turn, shift) in ends {
-            if let Some(at) = unknowns.offsets[photo] {
-                (0..3).for_each(|k| put(at + k, turn[(0, k)], turn[(1, k)]));
-                if unknowns.per_photo == 6 {
-                    (0..3).for_each(|k| put(at + 3 + k, shift[(0, k)], shift[(1, k)]));
-                }
-            }
-        }
+        let c = ray - from?.translation * w;
+        row.put_pose(unknowns, photos[0], of_anchor.map(|slope| slope.cross(&c)), of_anchor.map(|slope| slope * -w));
+        row.shared = row.count;
+        let v = p - to?.translation * w;
+        row.put_pose(unknowns, photos[1], slopes.map(|slope| v.cross(&slope)), slopes.map(|slope| slope * w));
         Some(row)
+    }
+
+    fn put_pose(&mut self, unknowns: &Unknowns, photo: usize, turn: [Vector3<f64>; 2], shift: [Vector3<f64>; 2]) {
+        let Some(at) = unknowns.offsets[photo] else { return };
+        (0..3).for_each(|k| self.put(at + k, turn.map(|slopes| slopes[k])));
+        if unknowns.per_photo == 6 {
+            (0..3).for_each(|k| self.put(at + 3 + k, shift.map(|slopes| slopes[k])));
+        }
+    }
+
+    fn put(&mut self, at: usize, slopes: [f64; 2]) {
+        self.slopes[self.count] = (at, slopes);
+        self.count += 1;
     }
 }
 
@@ -253,4 +272,63 @@ pub(super) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
         return None;
     }
     crate::geometry::calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::geometry::multi_view::Lens;
+
+    /// Three cameras, and landmarks that they see some pixels from where they are.
+    fn scene() -> Scene {
+        let mut scene = Scene::new(&[Lens { size: (800, 600), focal: None }; 3], vec![1.0, 1.1, 0.9], 0.9);
+        for (i, camera) in scene.cameras.iter_mut().enumerate() {
+            let i = i as f64;
+            let rotation = small_rotation(Vector3::new(0.02 * i, -0.05 * i, 0.03));
+            *camera = Some(Camera { rotation, translation: Vector3::new(0.1 * i + 0.02, 0.03, -0.02 * i) });
+        }
+        for i in 0..9 {
+            let at = |photo, place| Observation { photo, place };
+            let (first, offset) = (i % 2, f64::from(i as u8 % 5) - 2.0);
+            let anchor = at(first, [0.07 * i as f64 - 0.3, 0.2 - 0.05 * i as f64]);
+            let mut landmark = Landmark { anchor, depth: 0.4 + 0.2 * i as f64, seen: Vec::new() };
+            for photo in first + 1..3 {
+                let exact = scene.appearance(&landmark, &at(photo, [0.0; 2])).unwrap().error;
+                landmark.seen.push(at(photo, exact.map(|p| p / 1000.0 + 0.001 * offset)));
+            }
+            scene.landmarks.push(landmark);
+        }
+        scene
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_cost_and_steps_leave_the_best_scale() {
+        for freedom in [Freedom::Rotations, Freedom::Poses] {
+            let start = scene();
+            let problem = Reprojection { unknowns: Unknowns::of(&start, 0, freedom), focal: [-0.35, 0.35] };
+            let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; 9] };
+            let start = problem.moved(&start, &none());
+            if freedom == Freedom::Poses {
+                let off: f64 = start.landmarks.iter().map(|l| l.depth * (l.depth - 1.0)).sum();
+                assert!(off.abs() < 1e-9, "{off}");
+            }
+            let equations = problem.normal_equations(&start);
+            let slope = |set: &dyn Fn(&mut Step, f64)| {
+                let cost = |by: f64| {
+                    let mut step = none();
+                    set(&mut step, by);
+                    problem.normal_equations(&problem.moved(&start, &step)).cost()
+                };
+                (cost(1e-6) - cost(-1e-6)) / 2e-6
+            };
+            let common = (0..problem.unknowns.count)
+                .map(|i| (equations.common.gradient[i], slope(&|step: &mut Step, by| step.common[i] = by)));
+            let depths =
+                (0..9).map(|i| (equations.depths[i].gradient, slope(&|step: &mut Step, by| step.depths[i] = by)));
+            for (i, (gradient, slope)) in common.chain(depths).enumerate() {
+                assert!((gradient - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{freedom:?} {i}: {gradient} {slope}");
+            }
+        }
+    }
 }

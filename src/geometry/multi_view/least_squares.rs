@@ -51,12 +51,10 @@ impl Equations {
 
     /// Adds a residual of both coordinates with its slopes by some of the unknowns; the cost is up to the caller.
     pub fn add_residual(&mut self, slopes: &[(usize, [f64; 2])], residual: [f64; 2], weight: f64) {
-        for (k, residual) in residual.iter().enumerate() {
-            for (a, (i, slope)) in slopes.iter().enumerate() {
-                let scaled = weight * slope[k];
-                self.gradient[*i] += scaled * residual;
-                slopes[..=a].iter().for_each(|(j, slope)| self.add(*i, *j, scaled * slope[k]));
-            }
+        for (a, (i, slope)) in slopes.iter().enumerate() {
+            let [x, y] = slope.map(|slope| weight * slope);
+            self.gradient[*i] += x * residual[0] + y * residual[1];
+            slopes[..=a].iter().for_each(|(j, slope)| self.add(*i, *j, x * slope[0] + y * slope[1]));
         }
     }
 

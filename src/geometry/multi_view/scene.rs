@@ -49,8 +49,8 @@ pub(super) struct Landmark {
 pub(super) struct Scene {
     /// `None` where a photo has no place yet.
     pub cameras: Vec<Option<Camera>>,
-    /// ln of the focal length in diagonals, where each photo's is the product of this and its share.
-    pub log_focal: f64,
+    /// The focal length in diagonals, where each photo's is the product of this and its share.
+    pub focal: f64,
     /// The focal lengths' ratios: 1 if nothing is known of any.
     pub shares: Vec<f64>,
     /// Pixels per diagonal.
@@ -72,7 +72,7 @@ impl Scene {
     pub fn new(lenses: &[Lens], shares: Vec<f64>, focal: f64) -> Self {
         Self {
             cameras: vec![None; lenses.len()],
-            log_focal: libm::log(focal),
+            focal,
             shares,
             diagonals: lenses.iter().map(|lens| diagonal(lens.size)).collect(),
             landmarks: Vec::new(),
@@ -82,7 +82,7 @@ impl Scene {
 
     /// The focal length of a photo in its diagonals.
     pub fn focal(&self, photo: usize) -> f64 {
-        libm::exp(self.log_focal) * self.shares[photo]
+        self.focal * self.shares[photo]
     }
 
     /// The ray (x, y, 1) of a place.
