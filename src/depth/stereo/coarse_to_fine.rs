@@ -82,12 +82,9 @@ pub(super) fn coarse_to_fine(
     }
     for i in 0..2 {
         report(observer, Stage::Refine, done)?;
-        let shifts = subpixel_shifts(&mut sides, i, last, options)?;
-        sides[i].correct(last, shifts)?;
+        sides[i].shifts = subpixel_shifts(&mut sides, i, last, options)?;
     }
-    if last > 0 {
-        sides.iter_mut().try_for_each(Side::upsample_to_full_size)?;
-    }
+    sides.iter_mut().try_for_each(|side| side.finish(last))?;
     Ok(sides.map(|side| {
         let (width, height) = side.lines.prior.size();
         let reliable = Mask::from_bytes(side.reliable, width, height);
@@ -247,16 +244,21 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Takes corrections and reliable pixels from half the size to the whole, and leaves nothing but the depth and the marks.
-    fn upsample_to_full_size(&mut self) -> Result<()> {
-        self.correct(0, self.shifts_at(0)?)?;
-        let (photo, half) = (&self.pyramid[0], &self.pyramid[1]);
-        let mut reliable = zeroed(photo.width * photo.height)?;
-        for (y, row) in reliable.chunks_exact_mut(photo.width).enumerate() {
-            let halves = &self.reliable[y / 2 * half.width..];
-            row.iter_mut().enumerate().for_each(|(x, reliable)| *reliable = halves[x / 2]);
+    /// Takes corrections and reliable pixels of level `last`, which is the first or the second, to the full size, and leaves nothing but the
+    /// depth and the marks.
+    fn finish(&mut self, last: usize) -> Result<()> {
+        if last > 0 {
+            self.shifts = self.shifts_at(0)?;
+            let (photo, half) = (&self.pyramid[0], &self.pyramid[1]);
+            let mut reliable = zeroed(photo.width * photo.height)?;
+            for (y, row) in reliable.chunks_exact_mut(photo.width).enumerate() {
+                let halves = &self.reliable[y / 2 * half.width..];
+                row.iter_mut().enumerate().for_each(|(x, reliable)| *reliable = halves[x / 2]);
+            }
+            self.reliable = reliable;
         }
-        self.reliable = reliable;
+        let shifts = std::mem::take(&mut self.shifts);
+        self.correct(0, shifts)?;
         (self.shifts, self.pyramid) = Default::default();
         Ok(())
     }
