@@ -49,9 +49,9 @@ const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
 /** Frees arguments that were transferred here, at once instead of when garbage is collected. */
 function release(args: Call["args"]): void {
   const buffers = [...buffersOf(args)].filter(({ byteLength }) => byteLength > 0);
-  // What is sent to nobody is freed: `ArrayBuffer.prototype.transfer` is not known everywhere.
-  const { port1, port2 } = new MessageChannel();
-  port1.postMessage(null, buffers);
+  // What a closed port sends is freed: `ArrayBuffer.prototype.transfer` is not known everywhere. An open one would keep it until this
+  // thread is idle.
+  const { port1 } = new MessageChannel();
   port1.close();
-  port2.close();
+  port1.postMessage(null, buffers);
 }

@@ -88,6 +88,21 @@ if (isMainThread) {
     }
   }
 
+  test("photos that were given away are freed while the worker works", async () => {
+    const { target, reference, inputs } = await sample();
+    const photos = /** @type {const} */ ([enlarged(target, 7), enlarged(reference, 7)]);
+    const bytes = photos[0].data.byteLength + photos[1].data.byteLength;
+    const { matches } = inputs;
+    // Buffers of all threads are counted.
+    const before = process.memoryUsage().arrayBuffers;
+    let least = before;
+    const onProgress = () => {
+      least = Math.min(least, process.memoryUsage().arrayBuffers);
+    };
+    await stitch(...photos, { matches, transfer: true, workers: 1, onProgress });
+    assert.ok(before - least > 0.9 * bytes, `${before - least} of ${bytes} bytes are freed`);
+  });
+
   test("a refused job takes no memory", async () => {
     const { target, reference, inputs } = await sample();
     const photos = /** @type {const} */ ([enlarged(target, 7), enlarged(reference, 7)]);
