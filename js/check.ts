@@ -14,6 +14,7 @@ import type {
   Model,
   Models,
   Options,
+  Output,
   PhotoInput,
   Rect,
   Size,
@@ -24,6 +25,17 @@ import type {
 /** The values of the option `workers`. */
 const WORKERS = [1, 2, 4, "auto"] as const;
 type Workers = (typeof WORKERS)[number];
+
+/** The names in the option `outputs`. */
+const OUTPUTS = Object.keys({
+  mosaic: 0,
+  voidMask: 0,
+  seam: 0,
+  warped: 0,
+  footprint: 0,
+  confidence: 0,
+  projectedReference: 0,
+} satisfies Record<Output, 0>) as Output[];
 
 // Typed arrays of another realm (an iframe, a test environment) are accepted, so their class is read from their tag; the
 // result is a view of this realm. Shared memory is copied, as it could change during the call.
@@ -320,7 +332,7 @@ export function gains(value: unknown): readonly number[] | undefined {
 
 /** Properties of options objects that are not options of the algorithm. */
 const notSettings = new Set(
-  "reference matches targetDepth referenceDepth outputDepth reliable onProgress signal worker workers transfer".split(
+  "reference matches targetDepth referenceDepth outputDepth outputs reliable onProgress signal worker workers transfer".split(
     " ",
   ),
 );
@@ -340,12 +352,23 @@ export function settings(options: object): Partial<Options> {
 
 /** The inputs of `stitch` besides the images. */
 export function stitchInputs(value: StitchInputs): StitchInputs {
-  const { outputDepth = false } = value;
+  const { outputDepth = false, outputs: parts } = value;
   return {
+    ...(parts !== undefined && { outputs: outputs(parts) }),
     ...(isGiven(value.matches) && { matches: matches(value.matches) }),
     ...depths(value),
     outputDepth: boolean("outputDepth", outputDepth),
   };
+}
+
+function outputs(value: unknown): readonly Output[] {
+  if (!Array.isArray(value)) throw invalid(`outputs must be an array, got ${describe(value)}`);
+  return value.map((name: unknown, i) => {
+    const known = OUTPUTS.find((output) => output === name);
+    if (known !== undefined) return known;
+    const names = OUTPUTS.map((output) => JSON.stringify(output)).join(", ");
+    throw invalid(`outputs[${i}] must be one of ${names}, got ${describe(name)}`);
+  });
 }
 
 /** The inputs of `blend` besides the images. */

@@ -31,13 +31,14 @@ import type {
   Models,
   Mosaic,
   Options,
+  Output,
   PhotoInput,
   Quality,
   Rect,
   StitchManyOptions,
   StitchManyResult,
   StitchOptions,
-  StitchResult,
+  StitchResultOf,
   Warped,
   WarpOptions,
   WasmSource,
@@ -74,14 +75,18 @@ export async function init(source?: WasmSource, many?: WasmSource): Promise<void
  * context.putImageData(new ImageData(mosaic.data, mosaic.width, mosaic.height), 0, 0);
  * for (const { message } of report.warnings) console.warn(message);
  *
+ * @example
+ * // Of all pictures and masks the mosaic only, which saves memory.
+ * const { mosaic } = await stitch(target, reference, { outputs: ["mosaic"] });
+ *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `too-few-matches`, `no-consensus`, `degenerate-geometry`,
  * `no-overlap`, `too-large`, `out-of-memory`, `aborted`.
  */
-export async function stitch(
+export async function stitch<O extends Output = Output>(
   target: ImageInput,
   reference: ImageInput,
-  options: StitchOptions = {},
-): Promise<StitchResult> {
+  options: StitchOptions<O> = {},
+): Promise<StitchResultOf<O>> {
   return call("stitch", () => stitchArguments(target, reference, options), options);
 }
 

@@ -1,4 +1,13 @@
-import type { Depths, ManyInputs, Mask, Options, Stage, StitchInputs } from "./wasm/types.js";
+import type {
+  Depths,
+  ManyInputs,
+  Mask,
+  Options,
+  Output,
+  Stage,
+  StitchInputs,
+  StitchResult,
+} from "./wasm/types.js";
 
 export type {
   Alignment,
@@ -19,6 +28,7 @@ export type {
   Models,
   Mosaic,
   Options,
+  Output,
   PhotoCode,
   PhotoInput,
   PhotoPair,
@@ -78,7 +88,10 @@ export interface CallOptions {
 export type Settings = { [K in keyof Options]?: Options[K] | undefined };
 
 /** Options of `stitch` and `align`. */
-export interface StitchOptions extends Settings, StitchInputs, CallOptions {}
+export interface StitchOptions<O extends Output = Output>
+  extends Settings, StitchInputs<O>, CallOptions {}
+/** What `stitch` returns if asked for these pictures and masks only. */
+export type StitchResultOf<O extends Output> = Omit<StitchResult, Exclude<Output, O>>;
 /** Options of `stitchMany`. */
 export interface StitchManyOptions extends Settings, ManyInputs, CallOptions {}
 /** Options of `detect`, `match` and `matchImages`. */

@@ -3,11 +3,15 @@
 
 mod scene;
 
+use std::borrow::Cow;
+use std::cell::Cell;
+
 use depthstitch::geometry::{Calibration, EstimateOptions, Match, ModelKind};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::pipeline::{Options, Stitched, align, stitch};
+use depthstitch::observer::Observer;
+use depthstitch::pipeline::{Known, Options, Stitched, align, stitch, stitch_giving_depth};
 use depthstitch::report::Warning;
-use depthstitch::{InverseDepth, Rect};
+use depthstitch::{InverseDepth, Rect, Stage};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -332,6 +336,42 @@ fn good_depth_maps_are_not_ignored() {
     for scene in [scene::gallery(), scene::plane(), scene::rotation()] {
         let found = run(&Photos::of(&render(&scene), &NOISY), &Options::default());
         assert!(!codes(&found).contains(&"depth-inconsistent"), "{:?}", codes(&found));
+    }
+}
+
+/// The stage that a call is in.
+struct Current<'c>(&'c Cell<Stage>);
+
+impl Observer for Current<'_> {
+    fn progress(&mut self, stage: Stage, _: f32) -> bool {
+        self.0.set(stage);
+        true
+    }
+}
+
+/// What filling needs of the reference's depth goes last.
+#[test]
+fn depth_is_given_away_as_soon_as_nothing_reads_it() {
+    let exact = Photos::of(&render(&scene::gallery()), &NOISY);
+    let none = Photos { target_depth: None, reference_depth: None, ..exact.clone() };
+    let filled = Options { output_depth: true, ..Options::default() };
+    let open = Options { fill: None, ..filled.clone() };
+    let stage = Cell::new(Stage::Input);
+    for (photos, options, last) in
+        [(&exact, &filled, Some(Stage::Measure)), (&exact, &open, Some(Stage::Warp)), (&none, &filled, None)]
+    {
+        let kept = run(photos, options);
+        let mut given = [None, None];
+        let mut take = |side: usize, map: Cow<'_, InverseDepth>| given[side] = Some((map.into_owned(), stage.get()));
+        let known = Known { matches: Some(&photos.matches), features: None };
+        let views = [photos.target(), photos.reference()];
+        let found =
+            stitch_giving_depth(known, views[0], views[1], options, Some(&mut take), &mut Current(&stage)).unwrap();
+        assert_eq!(found.depth, [None, None]);
+        assert_eq!(found.mosaic, kept.mosaic);
+        let stages = given.each_ref().map(|map| map.as_ref().map(|(_, stage)| *stage));
+        assert_eq!(stages, [last.map(|_| Stage::Warp), last]);
+        assert_eq!(given.map(|map| map.map(|(map, _)| map)), kept.depth);
     }
 }
 

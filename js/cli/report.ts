@@ -1,5 +1,5 @@
 import type { Pair, PairFiles } from "../cases/case.js";
-import type { Model, Options, Size, StitchResult } from "../index.js";
+import type { Model, Options, Size, StitchResultOf } from "../index.js";
 import type { Outputs } from "./arguments.js";
 
 /** The JSON of `--report`: everything in a result except images. */
@@ -9,7 +9,7 @@ export function report(
   pair: Pair,
   options: Options,
   outputs: Outputs,
-  result: StitchResult,
+  result: StitchResultOf<"mosaic" | "voidMask">,
 ): object {
   const { width, height } = result.mosaic;
   return {
@@ -39,8 +39,11 @@ export function report(
 }
 
 /** The summary in one line. PSNR is always given together with coverage. */
-export function summary(outputs: Outputs, mosaic: Size, result: StitchResult): string {
-  const { quality, report: fit } = result;
+export function summary(
+  outputs: Outputs,
+  mosaic: Size,
+  { quality, report: fit }: StitchResultOf<never>,
+): string {
   const agreement =
     `PSNR ${quality.psnrMask.toFixed(2)} dB and SSIM ${quality.ssimMask.toFixed(3)} ` +
     `over ${(100 * quality.coverage).toFixed(0)} % of the reference`;

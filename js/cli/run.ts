@@ -7,6 +7,7 @@ import {
   inputPaths,
   outputPaths,
   parseCommand,
+  type Outputs,
   type StitchCommand,
   type StitchManyCommand,
 } from "./arguments.js";
@@ -110,6 +111,7 @@ async function stitchFiles(
   const result = await stitch(target, reference, {
     ...settings,
     ...call,
+    outputs: neededFor(outputs),
     matches,
     targetDepth,
     referenceDepth,
@@ -134,6 +136,15 @@ async function stitchFiles(
     warnings: [...colours.warnings, ...warnings],
     summary: summary(outputs, mosaic, result),
   };
+}
+
+/** The pictures and masks that the files are made of. */
+function neededFor({ warped, voidMask, report }: Outputs): ("mosaic" | "warped" | "voidMask")[] {
+  return [
+    "mosaic",
+    ...(warped ? (["warped"] as const) : []),
+    ...(voidMask || report ? (["voidMask"] as const) : []),
+  ];
 }
 
 /** Runs `work` until a signal aborts it; a second one terminates the process. */

@@ -119,6 +119,29 @@ pub fn stitch_known(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
+    let mut depth = [None, None];
+    let mut keep = |side: usize, map: Cow<'_, InverseDepth>| depth[side] = Some(map.into_owned());
+    let take: Option<&mut TakeDepth<'_>> = if options.output_depth { Some(&mut keep) } else { None };
+    let stitched = stitch_giving_depth(known, target, reference, options, take, observer)?;
+    Ok(Stitched { depth, ..stitched })
+}
+
+/// Takes the inverse depth of the target (0) or the reference (1), which nothing reads any more.
+pub type TakeDepth<'t> = dyn FnMut(usize, Cow<'_, InverseDepth>) + 't;
+
+/// As [`stitch_known`], but the inverse depth that was used is given to `take_depth` as soon as nothing reads it any more, so that it
+/// takes no memory while the photos are blended; [`Stitched::depth`] is empty.
+///
+/// # Errors
+/// As [`stitch_known`].
+pub fn stitch_giving_depth(
+    known: Known<'_>,
+    target: View<'_>,
+    reference: View<'_>,
+    options: &Options,
+    mut take_depth: Option<&mut TakeDepth<'_>>,
+    observer: &mut dyn Observer,
+) -> Result<Stitched> {
     let views = [target, reference];
     let memory = Memory::of(Job::of(views, known.matches.is_some()), options);
     memory.check(reference.image.size())?;
@@ -136,10 +159,14 @@ pub fn stitch_known(
     let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
     // Maps that nothing reads any more make room.
-    if !options.output_depth {
-        let [target, reference] = &mut alignment.depth;
-        *target = None;
-        reference.take_if(|_| warped.depth.is_none());
+    let mut give_depth = |side: usize, map: &mut Option<Cow<'_, InverseDepth>>| {
+        if let (Some(take), Some(map)) = (&mut take_depth, map.take()) {
+            take(side, map);
+        }
+    };
+    give_depth(0, &mut alignment.depth[0]);
+    if warped.depth.is_none() {
+        give_depth(1, &mut alignment.depth[1]);
     }
     let (shown, reliable) = match &projected {
         Some(projected) => (projected.view(), projected.reliable.as_ref()),
@@ -151,17 +178,18 @@ pub fn stitch_known(
     let quality = quality(&warped, shown.image, mosaic.gains)?;
     timer.end(Stage::Measure, observer);
     let guide = fill_guide(&mut warped, &mosaic.seam, &alignment, projected.as_ref(), shown, options)?;
+    give_depth(1, &mut alignment.depth[1]);
     let crops = fill_and_crop(&mut mosaic, guide.as_ref(), options, observer)?;
     timer.end(Stage::Fill, observer);
 
     let warnings = warnings(&alignment.geometry, &warped, &quality);
     let projection = projected.as_ref().map_or(Projection::Plane, |projected| projected.projection);
     let projected_reference = projected.map(ProjectedReference::into_image);
-    let Alignment { geometry, depth, matches, .. } = alignment;
+    let Alignment { geometry, matches, .. } = alignment;
     Ok(Stitched {
         matches,
         geometry,
-        depth: depth.map(|map| map.filter(|_| options.output_depth).map(Cow::into_owned)),
+        depth: [None, None],
         warped,
         mosaic,
         projection,

@@ -1,11 +1,9 @@
 //! What goes back to JavaScript: plain objects with typed arrays of their own.
 
-use std::borrow::Borrow;
-
 use js_sys::{Array, Float32Array, Float64Array, Object, Uint8Array, Uint32Array};
-use wasm_bindgen::JsValue;
+use wasm_bindgen::{JsCast, JsValue};
 
-use super::convert::{image_to_js, put, sized};
+use super::convert::{get, image_to_js, put, sized};
 use crate::features::{Features, Keypoint, Pair};
 use crate::geometry::{Estimate, Match, Model, ModelKind};
 use crate::image::marked;
@@ -14,6 +12,33 @@ use crate::pipeline::Crops;
 use crate::report::Warning;
 use crate::warp::{Projection, Warped};
 use crate::{Image, InverseDepth, Mask, Rect, Stage};
+
+/// Which pictures and masks a result is to have, by the names of its fields.
+pub(super) struct Outputs(Option<Array>);
+
+impl Outputs {
+    /// Whatever there is.
+    pub const ALL: Self = Self(None);
+
+    /// What the caller asks for; everything by default.
+    pub fn of(inputs: &JsValue) -> Self {
+        Self(get(inputs, "outputs").dyn_into().ok())
+    }
+
+    pub fn image(&self, to: &JsValue, name: &str, image: &Image) {
+        self.put(to, name, &|| self::image(image));
+    }
+
+    fn mask(&self, to: &JsValue, name: &str, mask: &Mask) {
+        self.put(to, name, &|| self::mask(mask));
+    }
+
+    fn put(&self, to: &JsValue, name: &str, value: &dyn Fn() -> JsValue) {
+        if self.0.as_ref().is_none_or(|names| names.includes(&name.into(), 0)) {
+            put(to, name, value());
+        }
+    }
+}
 
 /// An object of numbers.
 pub(super) fn numbers(fields: &[(&str, f64)]) -> JsValue {
@@ -88,11 +113,11 @@ pub(super) fn matches(matches: &[Match]) -> JsValue {
 }
 
 /// Adds the fields of `Warped` to `to`.
-pub(super) fn add_warped(to: &JsValue, warped: &Warped) {
-    put(to, "warped", image(&warped.image));
-    put(to, "footprint", mask(&warped.footprint));
+pub(super) fn add_warped(to: &JsValue, warped: &Warped, outputs: &Outputs) {
+    outputs.image(to, "warped", &warped.image);
+    outputs.mask(to, "footprint", &warped.footprint);
     if let Some(confidence) = &warped.confidence {
-        put(to, "confidence", mask(confidence));
+        outputs.mask(to, "confidence", confidence);
     }
     put(to, "offset", numbers(&[("x", warped.offset.0 as f64), ("y", warped.offset.1 as f64)]));
     put(to, "clipped", warped.clipped.into());
@@ -108,10 +133,10 @@ pub(super) fn projection(projection: Projection) -> JsValue {
 }
 
 /// Adds the fields of `Mosaic` to `to`.
-pub(super) fn add_mosaic(to: &JsValue, mosaic: &crate::mosaic::Mosaic) {
-    put(to, "mosaic", image(&mosaic.image));
-    put(to, "voidMask", mask(&mosaic.voids));
-    put(to, "seam", mask(&mosaic.seam));
+pub(super) fn add_mosaic(to: &JsValue, mosaic: &crate::mosaic::Mosaic, outputs: &Outputs) {
+    outputs.image(to, "mosaic", &mosaic.image);
+    outputs.mask(to, "voidMask", &mosaic.voids);
+    outputs.mask(to, "seam", &mosaic.seam);
     put(to, "gains", list(&mosaic.gains));
 }
 
@@ -135,13 +160,9 @@ pub(super) fn image(image: &Image) -> JsValue {
     image_to_js(image.data(), image.width(), image.height())
 }
 
-/// Adds the inverse depth of target and reference, as far as there is any, to `to`.
-pub(super) fn add_depth(to: &JsValue, maps: &[Option<impl Borrow<InverseDepth>>; 2]) {
-    for (name, map) in ["targetDepth", "referenceDepth"].into_iter().zip(maps) {
-        if let Some(map) = map {
-            put(to, name, depth(map.borrow()));
-        }
-    }
+/// Adds the inverse depth of the target (0) or the reference (1) to `to`.
+pub(super) fn put_depth(to: &JsValue, side: usize, map: &InverseDepth) {
+    put(to, ["targetDepth", "referenceDepth"][side], depth(map));
 }
 
 /// The rectangles of a mosaic.

@@ -1,18 +1,21 @@
 //! The exported functions. Their types are in `types.d.ts`.
 
+use std::borrow::Cow;
+
 use js_sys::Object;
 use wasm_bindgen::prelude::*;
 
 use super::convert::{get, put, size_from_js};
 use super::observer::JsObserver;
 use super::photos::{Photos, single_photo};
+use super::results::Outputs;
 use super::signatures::*;
 use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
-use crate::pipeline::{self, Job, Known, Memory, check_inputs};
+use crate::pipeline::{self, Job, Known, Memory, TakeDepth, check_inputs};
 use crate::warp::WarpOptions;
-use crate::{Result, Stage};
+use crate::{InverseDepth, Result, Stage};
 use crate::{features, metrics, mosaic, warp};
 
 /// The package's version.
@@ -46,26 +49,27 @@ pub fn stitch(
     observed(Stage::Input, on_progress, &mut |observer| {
         let start = observer.now();
         observer.progress(Stage::Input, 0.0);
-        let mut options = options::from_js(options)?;
-        options.output_depth = get(inputs, "outputDepth").is_truthy();
+        let options = options::from_js(options)?;
         let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
         let photos = Photos::read(target, reference, inputs, &check)?;
         let matches = matches::optional(inputs)?;
         let known = Known { matches: matches.as_deref(), features: matches::optional_features(inputs)? };
         let input_time = observer.now() - start;
-        let done = pipeline::stitch_known(known, photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
+        let mut put_depth = |side: usize, map: Cow<'_, InverseDepth>| results::put_depth(&result, side, &map);
+        let take: Option<&mut TakeDepth<'_>> =
+            if get(inputs, "outputDepth").is_truthy() { Some(&mut put_depth) } else { None };
+        let [target, reference] = [photos.target(), photos.reference()];
+        let done = pipeline::stitch_giving_depth(known, target, reference, &options, take, observer)?;
         results::add_geometry(&result, &done.geometry, &done.warnings);
-        results::add_warped(&result, &done.warped);
-        results::add_mosaic(&result, &done.mosaic);
+        let outputs = Outputs::of(inputs);
+        results::add_warped(&result, &done.warped, &outputs);
+        results::add_mosaic(&result, &done.mosaic, &outputs);
         put(&result, "projection", results::projection(done.projection));
         if let Some(reference) = &done.projected_reference {
-            put(&result, "projectedReference", results::image(reference));
+            outputs.image(&result, "projectedReference", reference);
         }
         put(&result, "crop", results::crops(&done.crops));
-        if options.output_depth {
-            results::add_depth(&result, &done.depth);
-        }
         let mut times = vec![(Stage::Input, input_time)];
         times.extend(done.times);
         put(&result, "matches", results::matches(done.matches.as_deref().or(matches.as_deref()).unwrap_or_default()));
@@ -197,7 +201,9 @@ pub fn align(
         results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
         let matches = alignment.matches.as_deref().or(given.as_deref());
         put(&result, "matches", results::matches(matches.unwrap_or_default()));
-        results::add_depth(&result, &alignment.depth);
+        for (side, map) in alignment.depth.iter().enumerate() {
+            map.iter().for_each(|map| results::put_depth(&result, side, map));
+        }
         let void_distance = alignment.void_distance(photos.target().image, options.warp.void_distance);
         put(&result, "voidDistance", void_distance.into());
         put(&result, "reliable", alignment.reliable.as_ref().map_or(JsValue::NULL, results::mask));
@@ -224,7 +230,7 @@ pub fn warp(
         let reverse = inputs::model("reverse", &get(models, "reverse"))?;
         let warped = warp::warp(photos.target(), photos.reference(), &forward, &reverse, &options, observer)?;
         let result = JsValue::from(Object::new());
-        results::add_warped(&result, &warped);
+        results::add_warped(&result, &warped, &Outputs::ALL);
         Ok(result)
     })
     .map(JsCast::unchecked_into)
@@ -248,7 +254,7 @@ pub fn blend(
         let reliable = reliable.map(|mask| inputs::mask("reliable", &mask)).transpose()?;
         let mosaic = mosaic::blend(&warped, reference.view(), reliable.as_ref(), &options, observer)?;
         let result = JsValue::from(Object::new());
-        results::add_mosaic(&result, &mosaic);
+        results::add_mosaic(&result, &mosaic, &Outputs::ALL);
         Ok(result)
     })
     .map(JsCast::unchecked_into)

@@ -254,12 +254,18 @@ export interface Depths {
 }
 
 /** Inputs of `stitch` and `align` besides the images. */
-export interface StitchInputs extends Depths {
+export interface StitchInputs<O extends Output = Output> extends Depths {
   /** xt, yt, xr, yr of every match, in pixels. By default, SIFT features are detected and matched. */
   readonly matches?: Float32Array | null | undefined;
   /** Whether to return the inverse depth that was used (default `false`). */
   readonly outputDepth?: boolean | undefined;
+  /** Which pictures and masks `stitch` returns (default: all). The others are never copied out of the core's memory. */
+  readonly outputs?: readonly O[] | undefined;
 }
+
+/** Pictures and masks of a {@link StitchResult}, which are most of its bytes, by the names of their fields. */
+export type Output =
+  "mosaic" | "voidMask" | "seam" | "warped" | "footprint" | "confidence" | "projectedReference";
 
 /** The features of an image, strongest first. */
 export interface Features {

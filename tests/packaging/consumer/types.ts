@@ -41,6 +41,7 @@ import {
   type Models,
   type Mosaic,
   type Options,
+  type Output,
   type PhotoCode,
   type PhotoInput,
   type PhotoPair,
@@ -56,6 +57,7 @@ import {
   type StitchManyResult,
   type StitchOptions,
   type StitchResult,
+  type StitchResultOf,
   type Warning,
   type Warped,
   type WarpOptions,
@@ -82,6 +84,13 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const settings: Settings = { ...defaults, seed: undefined };
   const options: StitchOptions = { ...settings, ...inputs, ...call };
   const result: StitchResult = await stitch(image, image, options);
+  const output: Output = "mosaic";
+  const part: StitchResultOf<"mosaic" | "seam"> = await stitch(image, image, {
+    ...inputs,
+    outputs: [output, "seam"],
+  });
+  // @ts-expect-error it was not asked for
+  void [part.mosaic, part.seam, part.quality, part.warped];
 
   const matching: MatchOptions = { ...call, maxKeypoints: 1000, upsample: false };
   const features: Features = await detect(image, matching);

@@ -7,7 +7,7 @@ import {
 } from "depthstitch";
 import { imageTask, lodged, taken } from "../image-worker/client.js";
 import { keyOf, type Job, type JobDepth } from "./job.js";
-import type { Kept, PairResult } from "./kept.js";
+import { shownOutputs, type Kept, type PairResult } from "./kept.js";
 
 /** Size limit of the cache; results take tens of megabytes each. */
 const cacheBytes = 400e6;
@@ -27,9 +27,8 @@ export async function resultOf(job: Job, call: CallOptions): Promise<PairResult>
     // All of it is given away.
     const inputs = { matches: job.matches?.slice(), targetDepth, referenceDepth, transfer: true };
     const { options } = job;
-    return kept(
-      await stitch(target, reference, { ...options, ...inputs, ...call, outputDepth: true }),
-    );
+    const outputs = { outputs: shownOutputs, outputDepth: true };
+    return kept(await stitch(target, reference, { ...options, ...inputs, ...call, ...outputs }));
   });
   return result;
 }
@@ -43,14 +42,10 @@ export async function kept<R extends { readonly voidMask: StitchResult["voidMask
   return { ...held, voids };
 }
 
-/** The first photo of a result as it was warped, to be given away. */
+/** The first photo of a result as it was warped, to be averaged with the second one: for that its footprint is where either shows. */
 export async function warpedOf({ offset, clipped, ...result }: PairResult): Promise<Warped> {
-  const [warped, footprint, confidence] = await Promise.all([
-    taken(result.warped),
-    taken(result.footprint),
-    result.confidence && taken(result.confidence),
-  ]);
-  return { warped, footprint, ...(confidence && { confidence }), offset, clipped };
+  const [warped, footprint] = await Promise.all([taken(result.warped), taken(result.seam)]);
+  return { warped, footprint, offset, clipped };
 }
 
 /** A depth map to be given away. */
