@@ -1,6 +1,12 @@
 import { join, normalize, basename } from "node:path";
 
-import { decodeDepth, decodeImage, readMetadata, type PhotoMetadata } from "../codecs.js";
+import {
+  decodeDepth,
+  decodeImage,
+  readMetadata,
+  type DepthMap,
+  type PhotoMetadata,
+} from "../codecs.js";
 import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
 import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
 import { FileError } from "./errors.js";
@@ -52,15 +58,35 @@ export interface Case extends Pair {
 /** Name of the file that describes a case. */
 export const CASE_FILE = "case.json";
 
+/** Decodes the bytes of files. */
+export interface Decoder {
+  readonly photo: (bytes: Uint8Array) => Promise<Photo>;
+  readonly depth: (bytes: Uint8Array) => Promise<DepthMap>;
+}
+
+/** On the calling thread. */
+export const decoder: Decoder = {
+  photo: async (bytes) => ({
+    image: await decodeImage(bytes),
+    metadata: await readMetadata(bytes),
+  }),
+  depth: decodeDepth,
+};
+
 /** Reads and decodes a pair, one file after another. @throws {FileError} */
-export async function loadPair(files: PairFiles, reading: Reading = {}): Promise<Pair> {
+export async function loadPair(
+  files: PairFiles,
+  reading: Reading = {},
+  by: Decoder = decoder,
+): Promise<Pair> {
   const { depth } = files;
   const read = inTurn(reading);
+  const readPhoto = (path: string) => read(path, () => loadPhoto(path, by));
   const readDepth = (path: string | null | undefined) =>
-    depth && path ? read(path, () => loadDepth(path, depth)) : undefined;
+    depth && path ? read(path, () => loadDepth(path, depth, by)) : undefined;
   const [target, reference, matches, targetDepth, referenceDepth] = await Promise.all([
-    read(files.target, loadPhoto),
-    read(files.reference, loadPhoto),
+    readPhoto(files.target),
+    readPhoto(files.reference),
     files.matches === null ? undefined : read(files.matches, loadMatches),
     readDepth(depth?.target),
     readDepth(depth?.reference),
@@ -103,12 +129,9 @@ export interface Photo {
 }
 
 /** Reads and decodes a photo. */
-export async function loadPhoto(path: string): Promise<Photo> {
+export async function loadPhoto(path: string, by: Decoder = decoder): Promise<Photo> {
   const bytes = await readBytes(path);
-  return decoding(path, async () => ({
-    image: await decodeImage(bytes),
-    metadata: await readMetadata(bytes),
-  }));
+  return decoding(path, () => by.photo(bytes));
 }
 
 /** Reads matches from a CSV file. */
@@ -117,9 +140,13 @@ export async function loadMatches(path: string): Promise<Float32Array> {
 }
 
 /** Reads a depth map, scales its values and sets unknown ones to NaN. */
-export async function loadDepth(path: string, format: DepthFormat): Promise<DepthInput> {
+export async function loadDepth(
+  path: string,
+  format: DepthFormat,
+  by: Decoder = decoder,
+): Promise<DepthInput> {
   const bytes = await readBytes(path);
-  const { data, width, height } = await decoding(path, () => decodeDepth(bytes));
+  const { data, width, height } = await decoding(path, () => by.depth(bytes));
   const scaled = Float32Array.from(data, (value) =>
     value === format.invalid ? NaN : value * format.scale,
   );

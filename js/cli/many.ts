@@ -12,6 +12,7 @@ import {
 } from "../index.js";
 import { manyInputPaths, type Outputs, type StitchManyCommand } from "./arguments.js";
 import { matchColours } from "./colours.js";
+import { withDecoder } from "./decoding.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import { loadCameras } from "./given.js";
 import type { Produced } from "./produced.js";
@@ -27,10 +28,12 @@ export async function stitchManyFiles(
   const read = inTurn({ signal, onFile: readingOf(manyInputPaths(command), line) });
   const known = cameras ? await read(cameras, (path) => loadCameras(path, photos)) : [];
   // Without a reference the colours are those of the first photo, as it is chosen later.
-  const decoded = await Promise.all(photos.map((path) => read(path, loadPhoto)));
+  const [decoded, depths] = await withDecoder(signal, (by) => {
+    const images = photos.map((path) => read(path, () => loadPhoto(path, by)));
+    const maps = depth?.files.map((path) => path && read(path, () => loadDepth(path, depth, by)));
+    return Promise.all([Promise.all(images), Promise.all(maps ?? [])]);
+  });
   const colours = await matchColours(photos, decoded, reference ?? 0);
-  const maps = depth?.files.map((path) => path && read(path, () => loadDepth(path, depth)));
-  const depths = await Promise.all(maps ?? []);
   const images = colours.images.map((image, i) => {
     const map = depths[i];
     return { ...image, ...known[i], ...(map && { depth: map }) };

@@ -12,6 +12,7 @@ import {
   type StitchManyCommand,
 } from "./arguments.js";
 import { matchColours } from "./colours.js";
+import { withDecoder } from "./decoding.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import { helpText } from "./help.js";
 import { stitchManyFiles } from "./many.js";
@@ -97,7 +98,7 @@ async function stitchFiles(
   signal: AbortSignal,
 ): Promise<Produced> {
   const onFile = readingOf(inputPaths(files), line);
-  const pair = await loadPair(files, { signal, onFile });
+  const pair = await withDecoder(signal, (by) => loadPair(files, { signal, onFile }, by));
   const { matches, targetDepth, referenceDepth } = pair;
   const [ofTarget, ofReference] = pair.metadata;
   const photos = [

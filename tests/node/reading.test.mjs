@@ -1,7 +1,12 @@
 // Reading files one after another, until a signal.
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { inTurn } from "../../dist/cases/in-turn.js";
+import { withDecoder } from "../../dist/cli/decoding.js";
+import { rejection, sample } from "./sample.mjs";
+
+const photo = await readFile(new URL("../../target/sample-small/target.jpg", import.meta.url));
 
 test("files are read in turn, and said to be", async () => {
   /** @type {string[]} */
@@ -36,4 +41,25 @@ test("a signal during the first file keeps the second from being read", async (t
   assert.equal(first?.status, "fulfilled");
   assert.equal(second?.status, "rejected");
   assert.deepEqual(begun, ["a"]);
+});
+
+test("a thread decodes what it is given, in turn, and says what it cannot", async () => {
+  const { target } = await sample();
+  const { signal } = new AbortController();
+  const [first, error, second] = await withDecoder(signal, (by) =>
+    Promise.all([by.photo(photo), rejection(by.depth(new Uint8Array(9))), by.photo(photo)]),
+  );
+  assert.deepEqual([first.image, second.image], [target, target]);
+  assert.equal(error.code, "decode-failed");
+});
+
+test("a signal does not wait for the decoder", async () => {
+  const controller = new AbortController();
+  const reason = new Error("changed my mind");
+  const decoding = withDecoder(controller.signal, (by) => {
+    const decoded = by.photo(photo);
+    controller.abort(reason);
+    return decoded;
+  });
+  await assert.rejects(decoding, reason);
 });
