@@ -48,10 +48,21 @@ const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
 
 /** Frees arguments that were transferred here, at once instead of when garbage is collected. */
 function release(args: Call["args"]): void {
-  const buffers = [...buffersOf(args)].filter(({ byteLength }) => byteLength > 0);
-  // What a closed port sends is freed: `ArrayBuffer.prototype.transfer` is not known everywhere. An open one would keep it until this
-  // thread is idle.
+  for (const buffer of buffersOf(args) as Set<ArrayBuffer & Partial<Transferable>>) {
+    if (buffer.byteLength === 0) continue;
+    if (buffer.transfer) buffer.transfer(0);
+    else sendNowhere(buffer);
+  }
+}
+
+/** A buffer of engines since 2023. */
+interface Transferable {
+  transfer(length: number): ArrayBuffer;
+}
+
+/** What a closed port sends is freed in Node 20; an open one would keep it until this thread is idle. */
+function sendNowhere(buffer: ArrayBuffer): void {
   const { port1 } = new MessageChannel();
   port1.close();
-  port1.postMessage(null, buffers);
+  port1.postMessage(null, [buffer]);
 }
