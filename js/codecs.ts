@@ -1,6 +1,7 @@
 /**
  * Decodes and encodes PNG (8 and 16 bit) and JPEG files, in a separate wasm module that the first call loads. Use it in
- * Node, and in browsers for 16-bit PNG, which canvases reduce to 8 bits. It runs on the calling thread.
+ * Node, and in browsers for 16-bit PNG, which canvases reduce to 8 bits. It runs on the calling thread,
+ * where nothing can stop it: to give a file up, call it from a worker and terminate that.
  */
 import * as check from "./check.js";
 import { instance } from "./instance.js";

@@ -11,7 +11,7 @@ import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
 import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
 import { FileError } from "./errors.js";
 import { readBytes, readText } from "./files.js";
-import { inTurn, type Reading } from "./in-turn.js";
+import { inTurn } from "./in-turn.js";
 import { parseMatches } from "./matches-file.js";
 import { parseNpy, type NumericArray } from "./npy.js";
 
@@ -73,14 +73,14 @@ export const decoder: Decoder = {
   depth: decodeDepth,
 };
 
-/** Reads and decodes a pair, one file after another. @throws {FileError} */
+/** Reads and decodes a pair, one file after another; `onFile` is called before each. @throws {FileError} */
 export async function loadPair(
   files: PairFiles,
-  reading: Reading = {},
+  onFile?: (path: string) => void,
   by: Decoder = decoder,
 ): Promise<Pair> {
   const { depth } = files;
-  const read = inTurn(reading);
+  const read = inTurn(onFile);
   const readPhoto = (path: string) => read(path, () => loadPhoto(path, by));
   const readDepth = (path: string | null | undefined) =>
     depth && path ? read(path, () => loadDepth(path, depth, by)) : undefined;

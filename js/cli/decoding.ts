@@ -12,17 +12,13 @@ export interface Request {
 export type Reply = { readonly value: unknown } | { readonly error: ErrorRecord };
 
 /**
- * Calls `work` with a decoder on a thread of its own, which ends with it or when a signal aborts. So does its memory: that of a wasm module
- * does not shrink, and would stand beside the core's.
+ * Calls `work` with a decoder on a thread of its own, which ends with it. So does its memory: that of a wasm module does not shrink, and would
+ * stand beside the core's.
  */
-export async function withDecoder<T>(
-  signal: AbortSignal,
-  work: (decoder: Decoder) => Promise<T>,
-): Promise<T> {
+export async function withDecoder<T>(work: (decoder: Decoder) => Promise<T>): Promise<T> {
   // Flags of the process such as --input-type must not be passed on.
   const thread = new Worker(new URL("./decoding-thread.js", import.meta.url), { execArgv: [] });
   const ended = new Promise<never>((_, reject) => {
-    signal.addEventListener("abort", () => reject(signal.reason), { once: true });
     thread.once("error", reject);
     thread.once("exit", (code) => reject(new Error(`decoding ended with status ${code}`)));
   });

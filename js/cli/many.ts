@@ -22,13 +22,12 @@ import { readingOf, type ProgressLine } from "./progress.js";
 export async function stitchManyFiles(
   command: StitchManyCommand,
   line: ProgressLine,
-  signal: AbortSignal,
 ): Promise<Produced> {
   const { photos, depth, cameras, reference, settings, outputs, quality, crop: part } = command;
-  const read = inTurn({ signal, onFile: readingOf(manyInputPaths(command), line) });
+  const read = inTurn(readingOf(manyInputPaths(command), line));
   const known = cameras ? await read(cameras, (path) => loadCameras(path, photos)) : [];
   // Without a reference the colours are those of the first photo, as it is chosen later.
-  const [decoded, depths] = await withDecoder(signal, (by) => {
+  const [decoded, depths] = await withDecoder((by) => {
     const images = photos.map((path) => read(path, () => loadPhoto(path, by)));
     const maps = depth?.files.map((path) => path && read(path, () => loadDepth(path, depth, by)));
     return Promise.all([Promise.all(images), Promise.all(maps ?? [])]);
@@ -39,7 +38,7 @@ export async function stitchManyFiles(
     return { ...image, ...known[i], ...(map && { depth: map }) };
   });
   const sizes = images.map(({ width, height }) => ({ width, height }));
-  const call = { onProgress: line.show, signal, workers: command.workers };
+  const call = { onProgress: line.show, workers: command.workers };
   // The photos are not needed any more here.
   const result = await stitchMany(images, { ...settings, reference, ...call, transfer: true });
   line.message("writing");

@@ -12,30 +12,30 @@ interface Pending {
   readonly temporary: string | undefined;
 }
 
-/** Output files that are replaced together once all are complete, or not at all. */
-export interface OutputFiles {
-  /** Writes all files, then renames them to their paths. */
-  readonly commit: (contents: ReadonlyMap<string, Uint8Array>) => Promise<void>;
-  /** Deletes all temporary files. */
-  readonly discard: () => Promise<void>;
-}
+/** What ends a program from outside. */
+const SIGNALS = ["SIGINT", "SIGTERM", "SIGHUP"] as const;
 
 /**
  * Checks that every path can be written, by creating an empty temporary file in its folder.
  *
  * @throws {FileError} `not-writable`.
  */
-export async function openOutputs(paths: readonly string[]): Promise<OutputFiles> {
-  const pending: Pending[] = [];
-  const discard = async (): Promise<void> => {
-    await Promise.all(
-      pending.map(({ temporary }) => temporary && rm(systemPath(temporary), { force: true })),
-    );
-  };
-  const commit = async (contents: ReadonlyMap<string, Uint8Array>): Promise<void> => {
+export function checkOutputs(paths: readonly string[]): Promise<void> {
+  return withTemporaries(paths, () => Promise.resolve());
+}
+
+/**
+ * Writes files by their paths. They replace what is there together once all are complete, or not at all.
+ *
+ * @throws {FileError} `not-writable`.
+ */
+export function writeOutputs(contents: ReadonlyMap<string, Uint8Array>): Promise<void> {
+  return withTemporaries([...contents.keys()], async (pending, signal) => {
     for (const { path, temporary } of pending) {
       await writing(path, () =>
-        writeFile(systemPath(temporary ?? path), contents.get(path) ?? new Uint8Array()),
+        writeFile(systemPath(temporary ?? path), contents.get(path) ?? new Uint8Array(), {
+          signal,
+        }),
       );
     }
     for (const { path, temporary } of pending) {
@@ -44,16 +44,34 @@ export async function openOutputs(paths: readonly string[]): Promise<OutputFiles
         rename(systemPath(temporary), systemPath(await target(path))),
       );
     }
-  };
+  });
+}
+
+/**
+ * Works with a temporary file for each path, and deletes those that are left. Only for that long a signal is held up, which otherwise ends the
+ * program at once, whatever keeps its thread busy; a second one ends it even then.
+ */
+async function withTemporaries(
+  paths: readonly string[],
+  work: (pending: readonly Pending[], signal: AbortSignal) => Promise<void>,
+): Promise<void> {
+  const pending: Pending[] = [];
+  const controller = new AbortController();
+  const { signal } = controller;
+  const interrupt = (name: NodeJS.Signals): void => controller.abort(name);
+  for (const name of SIGNALS) process.once(name, interrupt);
   try {
     for (const path of paths) {
       await writing(path, async () => pending.push({ path, temporary: await openTemporary(path) }));
     }
-  } catch (error) {
-    await discard();
-    throw error;
+    await work(pending, signal);
+  } finally {
+    await Promise.all(
+      pending.map(({ temporary }) => temporary && rm(systemPath(temporary), { force: true })),
+    );
+    for (const name of SIGNALS) process.off(name, interrupt);
+    if (signal.aborted) process.kill(process.pid, signal.reason as NodeJS.Signals);
   }
-  return { commit, discard };
 }
 
 async function openTemporary(path: string): Promise<string | undefined> {

@@ -16,7 +16,7 @@ import { withDecoder } from "./decoding.js";
 import { encodeImage, jsonBytes } from "./encode.js";
 import { helpText } from "./help.js";
 import { stitchManyFiles } from "./many.js";
-import { openOutputs } from "./output.js";
+import { checkOutputs, writeOutputs } from "./output.js";
 import type { Produced } from "./produced.js";
 import { progressLine, readingOf, type ProgressLine } from "./progress.js";
 import { report, summary } from "./report.js";
@@ -25,16 +25,6 @@ import { UsageError } from "./usage.js";
 const OK = 0;
 const FAILED = 1;
 const USAGE = 2;
-/** Signals that end a program from outside, with the exit codes that shells expect. */
-const SIGNALS = { SIGINT: 130, SIGTERM: 143, SIGHUP: 129 } as const;
-type Signal = keyof typeof SIGNALS;
-
-/** A signal ended the command. */
-class Interrupted extends Error {
-  constructor(readonly signal: Signal) {
-    super(`interrupted by ${signal === "SIGINT" ? "Ctrl-C" : signal}`);
-  }
-}
 
 /** Executes a command line (without `node` and the script) and returns the exit code. */
 export async function run(args: readonly string[]): Promise<number> {
@@ -48,12 +38,10 @@ export async function run(args: readonly string[]): Promise<number> {
         process.stdout.write(`${await version()}\n`);
         break;
       case "stitch":
-        await interruptible((signal) => runStitch(command, signal));
+        await runStitch(command);
         break;
       case "stitch-many":
-        await interruptible((signal) =>
-          produce(command, (line) => stitchManyFiles(command, line, signal), signal),
-        );
+        await produce(command, (line) => stitchManyFiles(command, line));
     }
     return OK;
   } catch (error) {
@@ -61,32 +49,29 @@ export async function run(args: readonly string[]): Promise<number> {
   }
 }
 
-async function runStitch(command: StitchCommand, signal: AbortSignal): Promise<void> {
+async function runStitch(command: StitchCommand): Promise<void> {
   const given = "case" in command.input ? await caseFiles(command.input.case) : command.input;
   const files = command.ownMatches ? { ...given, matches: null } : given;
   checkPaths(command.outputs, inputPaths(files));
-  await produce(command, (line) => stitchFiles(command, files, line, signal), signal);
+  await produce(command, (line) => stitchFiles(command, files, line));
 }
 
 /** Writes what `work` makes, and says so. */
 async function produce(
   { outputs, quiet, progress }: StitchCommand | StitchManyCommand,
   work: (line: ProgressLine) => Promise<Produced>,
-  signal: AbortSignal,
 ): Promise<void> {
   const line = progressLine(process.stderr, !quiet && (progress ?? process.stderr.isTTY));
-  const out = await openOutputs(outputPaths(outputs));
+  await checkOutputs(outputPaths(outputs));
   try {
     const { contents, warnings, summary } = await work(line);
-    signal.throwIfAborted();
-    await out.commit(contents);
+    await writeOutputs(contents);
     line.clear();
     if (quiet) return;
     for (const warning of warnings) printError(`warning: ${warning}`);
     process.stdout.write(`${summary}\n`);
   } finally {
     line.clear();
-    await out.discard();
   }
 }
 
@@ -95,10 +80,9 @@ async function stitchFiles(
   { settings, outputs, quality, crop: part, workers }: StitchCommand,
   files: PairFiles,
   line: ProgressLine,
-  signal: AbortSignal,
 ): Promise<Produced> {
   const onFile = readingOf(inputPaths(files), line);
-  const pair = await withDecoder(signal, (by) => loadPair(files, { signal, onFile }, by));
+  const pair = await withDecoder((by) => loadPair(files, onFile, by));
   const { matches, targetDepth, referenceDepth } = pair;
   const [ofTarget, ofReference] = pair.metadata;
   const photos = [
@@ -108,7 +92,7 @@ async function stitchFiles(
   const colours = await matchColours([files.target, files.reference], photos, 1);
   const { colourProfile } = colours;
   const [target = pair.target, reference = pair.reference] = colours.images;
-  const call = { onProgress: line.show, signal, workers, transfer: true };
+  const call = { onProgress: line.show, workers, transfer: true };
   const result = await stitch(target, reference, {
     ...settings,
     ...call,
@@ -148,31 +132,8 @@ function neededFor({ warped, voidMask, report }: Outputs): ("mosaic" | "warped" 
   ];
 }
 
-/** Runs `work` until a signal aborts it; a second one terminates the process. */
-async function interruptible(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
-  const controller = new AbortController();
-  const names = Object.keys(SIGNALS) as Signal[];
-  let received: Signal | undefined;
-  const interrupt = (name: Signal): void => {
-    received ??= name;
-    controller.abort();
-  };
-  for (const name of names) process.once(name, interrupt);
-  try {
-    await work(controller.signal);
-  } catch (error) {
-    throw received ? new Interrupted(received) : error;
-  } finally {
-    for (const name of names) process.off(name, interrupt);
-  }
-}
-
 /** Prints an error as one line to stderr and returns the exit code. */
 function reportError(error: unknown): number {
-  if (error instanceof Interrupted) {
-    printError(`aborted: ${error.message}`);
-    return SIGNALS[error.signal];
-  }
   if (error instanceof UsageError) {
     printError(`usage: ${error.message}`);
     return USAGE;

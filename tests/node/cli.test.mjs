@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
 import { closeSync, existsSync, openSync } from "node:fs";
 import { link, mkdir, mkdtemp, readFile, readdir, rm, symlink, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -8,7 +9,7 @@ import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { progressLine } from "../../dist/cli/progress.js";
 import { SETTING_NAMES, flagName } from "../../dist/cli/settings.js";
-import { decodeDepth, decodeImage } from "../../dist/codecs.js";
+import { decodeDepth, decodeImage, encodeGrayPng } from "../../dist/codecs.js";
 import { defaultOptions, version } from "../../dist/index.js";
 import { HEIGHT, WIDTH, writeCase } from "./rendered-case.mjs";
 
@@ -43,8 +44,8 @@ async function run(args, started) {
   child.stdout.on("data", (chunk) => (stdout += chunk));
   child.stderr.on("data", (chunk) => (stderr += chunk));
   started?.(child);
-  const code = await new Promise((resolve) => child.once("close", resolve));
-  return { code, stdout, stderr, files: (await readdir(work)).sort() };
+  const [code, signal] = await once(child, "close");
+  return { code, signal, stdout, stderr, files: (await readdir(work)).sort() };
 }
 
 /** @param {string} name */
@@ -273,25 +274,72 @@ test("without a matches file the photos are matched", async () => {
   assert.deepEqual(again.fit.matches, report.fit.matches);
 });
 
-for (const [signal, status] of /** @type {const} */ ([
-  ["SIGINT", 130],
-  ["SIGTERM", 143],
-])) {
-  test(`${signal} while files are read stops with ${status} and leaves nothing behind`, async () => {
-    let interrupted = false;
-    const result = await run([...pair(), ...depths(), "--progress"], (child) => {
-      child.stderr?.on("data", (chunk) => {
-        if (interrupted || !String(chunk).includes("(1 of 5)")) return;
-        interrupted = true;
+/**
+ * Sends a signal so many milliseconds after a line of progress.
+ *
+ * @param {string[]} args
+ * @param {NodeJS.Signals} signal
+ * @param {string} line
+ * @param {number} after
+ */
+async function interrupted(args, signal, line, after = 0) {
+  let sent = 0;
+  const result = await run([...args, "--progress"], (child) => {
+    child.stderr?.on("data", (chunk) => {
+      if (!String(chunk).includes(line)) return;
+      setTimeout(() => {
+        sent = performance.now();
         child.kill(signal);
-      });
+      }, after);
     });
-    assert.ok(interrupted);
-    assert.equal(result.code, status, result.stderr);
-    assert.match(result.stderr, /^depthstitch: aborted: /m);
-    assert.deepEqual(result.files, []);
   });
+  assert.ok(sent > 0, result.stderr);
+  return { ...result, delay: performance.now() - sent };
 }
+
+for (const signal of /** @type {const} */ (["SIGINT", "SIGTERM"])) {
+  for (const line of ["(1 of 5)", "estimate"]) {
+    test(`${signal} while the line says ${line} ends it and leaves nothing behind`, async () => {
+      const result = await interrupted([...pair(), ...depths()], signal, line);
+      assert.equal(result.signal, signal, result.stderr);
+      assert.deepEqual(result.files, []);
+    });
+  }
+}
+
+test("a signal while outputs are written leaves those that were there", async () => {
+  const old = await mkdtemp(join(folder, "outputs-"));
+  const names = ["a.png", "b.png"];
+  for (const name of names) await writeFile(join(old, name), "old");
+  const script = `
+    import { writeOutputs } from ${JSON.stringify(new URL("../../dist/cli/output.js", import.meta.url))};
+    const contents = process.argv.slice(1).map((path) => [path, new Uint8Array(1e7)]);
+    const written = writeOutputs(new Map(contents));
+    process.kill(process.pid, "SIGTERM");
+    await written;`;
+  const paths = names.map((name) => join(old, name));
+  const { signal } = spawnSync(process.execPath, ["--input-type=module", "-e", script, ...paths]);
+  assert.equal(signal, "SIGTERM");
+  assert.deepEqual((await readdir(old)).sort(), names);
+  for (const path of paths) assert.equal(await readFile(path, "utf8"), "old");
+});
+
+test("a signal does not wait for the decoder", async () => {
+  const side = 8000;
+  const file = join(folder, "slow.png");
+  const slow = await encodeGrayPng({
+    data: new Uint8Array(side * side),
+    width: side,
+    height: side,
+  });
+  await writeFile(file, slow);
+  const start = performance.now();
+  await decodeImage(slow);
+  const takes = performance.now() - start;
+  const { signal, delay } = await interrupted([file, file], "SIGTERM", "(1 of 2)", takes / 4);
+  assert.equal(signal, "SIGTERM");
+  assert.ok(delay < takes / 4, `${delay} ms, decoding takes ${takes} ms`);
+});
 
 test("an output that is an input, or another output, by another name is refused", async () => {
   const [target = ""] = pair();
