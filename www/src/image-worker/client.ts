@@ -4,7 +4,7 @@ import type { Reply, Request, TaskName, Tasks } from "./tasks.js";
 
 interface Waiting {
   resolve(value: unknown): void;
-  reject(error: Error): void;
+  reject(error: unknown): void;
 }
 
 /** The arguments of a task, where arrays that the worker holds may stand for themselves. */
@@ -12,8 +12,49 @@ type Arguments<A extends readonly unknown[]> = {
   [K in keyof A]: A[K] extends Pixels ? A[K] | Held<A[K]> : A[K];
 };
 
-const waiting = new Map<number, Waiting>();
-let worker: Worker | null = null;
+/** A worker and the tasks that it was given. */
+class ImageWorker {
+  readonly #worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+  readonly #waiting = new Map<number, Waiting>();
+  ended = false;
+
+  constructor() {
+    this.#worker.onmessage = ({ data }: MessageEvent<Reply>) => {
+      const waiter = this.#waiting.get(data.id);
+      this.#waiting.delete(data.id);
+      if ("value" in data) waiter?.resolve(data.value);
+      else
+        waiter?.reject(data.unusable ? new InputFileError(data.message) : new Error(data.message));
+    };
+    this.#worker.onerror = (event) => {
+      event.preventDefault();
+      // For lack of memory, for example.
+      this.end(new Error(event.message || "Part of this page could not be loaded."));
+    };
+  }
+
+  post<N extends TaskName>(
+    name: N,
+    args: readonly unknown[],
+    transfer: readonly Transferable[] = [],
+  ): Promise<Awaited<ReturnType<Tasks[N]>>> {
+    return new Promise((resolve, reject) => {
+      const id = ++last;
+      this.#waiting.set(id, { resolve: resolve as (value: unknown) => void, reject });
+      this.#worker.postMessage({ id, name, args } satisfies Request, [...transfer]);
+    });
+  }
+
+  /** Ends the worker, which loses its tasks and what it held. */
+  end(error: unknown): void {
+    this.ended = true;
+    this.#worker.terminate();
+    for (const { reject } of this.#waiting.values()) reject(error);
+    this.#waiting.clear();
+  }
+}
+
+let shared: ImageWorker | null = null;
 let last = 0;
 
 /** The worker lets go of what nobody here knows any more. */
@@ -24,7 +65,24 @@ export function imageTask<N extends TaskName>(
   name: N,
   ...args: Arguments<Parameters<Tasks[N]>>
 ): Promise<Awaited<ReturnType<Tasks[N]>>> {
-  return post(name, args, []);
+  return post(name, args);
+}
+
+/** Runs a task in a worker of its own, which ends with it, and at once when the signal says so. */
+export async function imageTaskAlone<N extends TaskName>(
+  signal: AbortSignal,
+  name: N,
+  ...args: Parameters<Tasks[N]>
+): Promise<Awaited<ReturnType<Tasks[N]>>> {
+  const alone = new ImageWorker();
+  const end = () => alone.end(signal.reason);
+  signal.addEventListener("abort", end);
+  try {
+    return await alone.post(name, args);
+  } finally {
+    signal.removeEventListener("abort", end);
+    end();
+  }
 }
 
 /** Gives an array away to the image worker. */
@@ -44,7 +102,7 @@ export async function lodged<T extends object>(value: T): Promise<Lodged<T>> {
 
 /** The array itself, to be given away: a copy, unless it can be made again. */
 export function taken<T extends Pixels>(handle: Held<T>): Promise<T> {
-  return post("take", [handle], []) as unknown as Promise<T>;
+  return post("take", [handle]) as unknown as Promise<T>;
 }
 
 export async function decodePhoto(...args: Parameters<Tasks["decodePhoto"]>): Promise<Photo> {
@@ -53,35 +111,12 @@ export async function decodePhoto(...args: Parameters<Tasks["decodePhoto"]>): Pr
   return photo;
 }
 
+/** Has the shared worker, which holds the pictures, do a task; after a failure another one is started. */
 function post<N extends TaskName>(
   name: N,
   args: readonly unknown[],
-  transfer: readonly Transferable[],
+  transfer: readonly Transferable[] = [],
 ): Promise<Awaited<ReturnType<Tasks[N]>>> {
-  return new Promise((resolve, reject) => {
-    const id = ++last;
-    waiting.set(id, { resolve: resolve as (value: unknown) => void, reject });
-    worker ??= start();
-    worker.postMessage({ id, name, args } satisfies Request, [...transfer]);
-  });
-}
-
-function start(): Worker {
-  const started = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
-  started.onmessage = ({ data }: MessageEvent<Reply>) => {
-    const waiter = waiting.get(data.id);
-    waiting.delete(data.id);
-    if ("value" in data) waiter?.resolve(data.value);
-    else waiter?.reject(data.unusable ? new InputFileError(data.message) : new Error(data.message));
-  };
-  started.onerror = (event) => {
-    event.preventDefault();
-    // A worker that failed, for example for lack of memory, loses its tasks and what it held; the next task starts another one.
-    worker = null;
-    started.terminate();
-    const error = new Error(event.message || "Part of this page could not be loaded.");
-    for (const { reject } of waiting.values()) reject(error);
-    waiting.clear();
-  };
-  return started;
+  if (!shared || shared.ended) shared = new ImageWorker();
+  return shared.post(name, args, transfer);
 }

@@ -1,4 +1,4 @@
-import { decodePhoto, imageTask } from "../image-worker/client.js";
+import { decodePhoto, imageTaskAlone } from "../image-worker/client.js";
 import {
   photoSlots,
   type Contents,
@@ -13,26 +13,32 @@ export type Files = { readonly [K in SlotName]?: File };
 
 /** The decoder of each slot. Each rejects with an {@link InputFileError}. */
 const decoders: {
-  readonly [K in SlotName]: (file: File, limit: number, turns: number) => Promise<Contents[K]>;
+  readonly [K in SlotName]: (file: File, how: How) => Promise<Contents[K]>;
 } = {
-  target: (file, limit, turns) => decodePhoto(file, file.name, limit, turns),
-  reference: (file, limit, turns) => decodePhoto(file, file.name, limit, turns),
-  targetDepth: (file) => imageTask("decodeDepth", file, file.name),
-  referenceDepth: (file) => imageTask("decodeDepth", file, file.name),
+  target: (file, { limit, turns }) => decodePhoto(file, file.name, limit, turns),
+  reference: (file, { limit, turns }) => decodePhoto(file, file.name, limit, turns),
+  // The package's decoders keep their worker busy, unlike those of the browser, and cannot be stopped.
+  targetDepth: (file, { signal }) => imageTaskAlone(signal, "decodeDepth", file, file.name),
+  referenceDepth: (file, { signal }) => imageTaskAlone(signal, "decodeDepth", file, file.name),
   matches: (file) => readMatches(file),
 };
+
+interface How {
+  readonly limit: number;
+  readonly turns: number;
+  readonly signal: AbortSignal;
+}
 
 /** Decodes the file of a slot. Returns the slot, or why decoding failed. */
 export async function decodeSlot<K extends SlotName>(
   slot: K,
   file: File | undefined,
   origin: Loaded<unknown>["origin"],
-  limit: number,
-  turns: number,
+  how: How,
 ): Promise<Partial<Slots> | string | null> {
   if (!file) return null;
   try {
-    return { [slot]: { file, content: await decoders[slot](file, limit, turns), origin } };
+    return { [slot]: { file, content: await decoders[slot](file, how), origin } };
   } catch (error) {
     return error instanceof Error ? error.message : String(error);
   }

@@ -30,8 +30,8 @@ type Origin = Loaded<unknown>["origin"];
 /** Loads files into slots. A slot keeps its content if its new file cannot be used. */
 export class InputLoader {
   readonly #store: Store;
-  /** The latest load of each slot; results of earlier ones are discarded. */
-  readonly #latest = new Map<SlotName, symbol>();
+  /** The latest load of each slot; earlier ones are given up. */
+  readonly #latest = new Map<SlotName, AbortController>();
   #sets: Promise<SetLoader> | null = null;
 
   constructor(store: Store) {
@@ -111,8 +111,7 @@ export class InputLoader {
     const { state } = this.#store;
     const loaded = state.slots[slot];
     if (!loaded || state.loading.has(slot)) return;
-    const token = Symbol();
-    this.#latest.set(slot, token);
+    const signal = this.#begin(slot);
     this.#store.set({ loading: new Set([...state.loading, slot]), undo: null });
     const { file, content } = loaded;
     const { turns, colourSpace } = content;
@@ -122,7 +121,7 @@ export class InputLoader {
       decodePhoto(file, file.name, limit, (turns + 1) % 4, colourSpace),
       map && imageTask("turnDepth", map.content),
     ]).catch((error: unknown) => [error instanceof Error ? error.message : String(error)] as const);
-    if (this.#latest.get(slot) !== token) return;
+    if (signal.aborted) return;
     const now = this.#store.state;
     if (typeof turned === "string") {
       // A file that was moved or changed since.
@@ -206,7 +205,7 @@ export class InputLoader {
   clear(slots: readonly SlotName[]): void {
     const emptied: { [K in SlotName]?: null } = {};
     for (const slot of slots) {
-      this.#latest.delete(slot);
+      this.#latest.get(slot)?.abort();
       emptied[slot] = null;
     }
     const { state } = this.#store;
@@ -229,8 +228,16 @@ export class InputLoader {
     const { loading, set } = this.#store.state;
     if (set) void this.sets().then((loader) => loader.cancel());
     if (loading.size === 0) return;
-    for (const slot of loading) this.#latest.delete(slot);
+    for (const slot of loading) this.#latest.get(slot)?.abort();
     this.#store.set({ loading: new Set(), status: "Cancelled" });
+  }
+
+  /** Begins to load a slot, and gives up what was being loaded there. */
+  #begin(slot: SlotName): AbortSignal {
+    this.#latest.get(slot)?.abort();
+    const controller = new AbortController();
+    this.#latest.set(slot, controller);
+    return controller.signal;
   }
 
   /**
@@ -239,8 +246,7 @@ export class InputLoader {
    */
   async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<boolean> {
     const names = slotNames.filter((slot) => files[slot]);
-    const token = Symbol();
-    for (const slot of names) this.#latest.set(slot, token);
+    const loads = names.map((slot) => ({ slot, signal: this.#begin(slot) }));
     const { state } = this.#store;
     this.#store.set({
       loading: new Set([...state.loading, ...names]),
@@ -250,13 +256,14 @@ export class InputLoader {
     });
     const limit = state.settings.photoLimit;
     const outcomes = await Promise.all(
-      names.map((slot) =>
-        decodeSlot(slot, files[slot], origin, limit, turnsOf(state, slot, files)),
-      ),
+      loads.map(({ slot, signal }) => {
+        const turns = turnsOf(state, slot, files);
+        return decodeSlot(slot, files[slot], origin, { limit, turns, signal });
+      }),
     );
     const arrived = Object.assign({}, ...outcomes.filter((outcome) => typeof outcome !== "string"));
     const recoloured = await inOneColourSpace({ ...this.#store.state.slots, ...arrived }, limit);
-    const current = names.filter((slot) => this.#latest.get(slot) === token);
+    const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
     if (names.length > 0 && current.length === 0) return false;
     let { problems } = this.#store.state;
     let loaded: Partial<Slots> = {};

@@ -39,7 +39,7 @@ export function bindProgress(store: Store): void {
     const text = running
       ? `${running.text ?? stageText[running.stage].doing}…`
       : isLoading(state)
-        ? "Loading the photos…"
+        ? "Loading the files…"
         : idle;
     if (status.textContent !== text) status.textContent = text;
     const detail = running?.detail ? `${running.detail} · ` : "";
