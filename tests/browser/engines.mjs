@@ -166,7 +166,8 @@ async function openWebKit() {
   const stop = () => {
     server.kill();
     xvfb.kill();
-    rmSync(home, { recursive: true, maxRetries: 5, retryDelay: 100 });
+    // The browser's own processes end a little later, and write until then.
+    rmSync(home, { recursive: true, maxRetries: 15, retryDelay: 100 });
   };
   let session = "";
   try {

@@ -1,10 +1,10 @@
 // The core path of the page in three engines: the example, two dropped photos, cancelling, every view, saving to the
-// same bytes, and all of it offline.
+// same bytes, files that end too soon, and all of it offline.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, test } from "node:test";
 import { stitch } from "depthstitch";
-import { decodeImage, encodePng } from "depthstitch/codecs";
+import { decodeImage, encodeJpeg, encodePng } from "depthstitch/codecs";
 import { engines, inTab, savedIn, until } from "./engines.mjs";
 import {
   asOnCanvas,
@@ -34,6 +34,16 @@ const files = await Promise.all(
     base64: Buffer.from(await encodePng(photo)).toString("base64"),
   })),
 );
+const tinyWebp = Buffer.from("UklGRiIAAABXRUJQVlA4IBYAAAAwAQCdASoBAAEADsD+JaQAA3AAAAAA", "base64");
+/** Without their second half. */
+const halves = [
+  { name: "half.jpg", bytes: await encodeJpeg(target) },
+  { name: "half.png", bytes: await encodePng(target) },
+  { name: "half.webp", bytes: tinyWebp },
+].map(({ name, bytes }) => ({
+  name,
+  base64: Buffer.from(bytes.subarray(0, bytes.length / 2)).toString("base64"),
+}));
 
 for (const [name, open] of Object.entries(engines)) {
   test(name, async (t) => {
@@ -80,6 +90,14 @@ for (const [name, open] of Object.entries(engines)) {
         sums.add(sum);
       }
       assert.equal(sums.size, ids.length, "no two views look the same");
+    });
+
+    await t.test("refuses files that end before their picture does", async () => {
+      for (const { name, base64 } of halves) {
+        await inTab(tab, press, "#clear-inputs");
+        await inTab(tab, drop, [{ name, base64 }]);
+        await until(tab, says, "#target-note", `${name} is damaged: it ends`);
+      }
     });
 
     await t.test("works offline", async (t) => {

@@ -3,6 +3,7 @@ import { InputFileError } from "../input-file-error.js";
 import { colourSpaceOf } from "./colour-space.js";
 import { hold } from "./held.js";
 import { headerBytes, readHeader } from "./photo-header.js";
+import { isTruncated } from "./truncated.js";
 
 /** Larger canvases are not supported by all browsers. */
 export const maxPixels = 120_000_000;
@@ -29,6 +30,11 @@ export async function decodePhoto(
   const head = await file.slice(0, headerBytes).arrayBuffer();
   const header = readHeader(head);
   if (header.size) checkSize(name, header.size.width, header.size.height);
+  if (isTruncated(new Uint8Array(await file.arrayBuffer()))) {
+    throw new InputFileError(
+      `${name} is damaged: it ends before its picture does. Choose the whole file.`,
+    );
+  }
   const bitmap = await decode(file, name, header.format);
   try {
     const { width, height } = bitmap;
