@@ -1,5 +1,6 @@
 // What a user stumbled over once: nothing is lost, nothing is said where it cannot be seen or when it is no longer true.
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { after, test } from "node:test";
 import { encodePng } from "depthstitch/codecs";
 import {
@@ -84,6 +85,87 @@ test("what was ignored among dropped files is still said when the photos are sti
   assert.match((await page.locator("#message").textContent()) ?? "", /Ignored: song\.mp3/);
   await page.locator("#swap").click();
   await idle(page);
+  await close();
+});
+
+test("so is what was ignored while photos are stitched, which goes on", async () => {
+  const { page, close } = await site.open();
+  await page.setInputFiles("#many-files", [...smallPhotos, exampleFile("target.jpg")]);
+  await page.locator("#status", { hasText: "Computing" }).waitFor();
+  await page.setInputFiles("#add-files", written("song.mp3", "la"));
+  await page.locator("#message", { hasText: "Ignored: song.mp3" }).waitFor();
+  assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /Reading|Detecting/);
+  await finished(page);
+  assert.match((await page.locator("#message").textContent()) ?? "", /Ignored: song\.mp3/);
+  await close();
+});
+
+test("nothing is said of a run that starting over ends, or another one", async () => {
+  const { page, close } = await site.open();
+  for (const ended of ["#clear-inputs", "#swap"]) {
+    await page.setInputFiles("#many-files", smallPhotos);
+    await page.locator("#status", { hasText: /Detecting|Matching|Fitting|Computing/ }).waitFor();
+    await page.evaluate(() => {
+      const message = document.querySelector("#message");
+      const heard = () => void (document.body.dataset.heard = message?.textContent ?? "");
+      if (message) new MutationObserver(heard).observe(message, { childList: true, subtree: true });
+    });
+    await page.locator(ended).click();
+    if (ended === "#swap") await finished(page);
+    await page.locator('#run[aria-disabled="false"]').waitFor({ state: "attached" });
+    // What was aborted is heard of in the next task.
+    await page.waitForTimeout(100);
+    assert.doesNotMatch((await page.locator("body").getAttribute("data-heard")) ?? "", /Cancel/);
+    assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /Cancel/);
+  }
+  await close();
+});
+
+test("photos without common points are not told of files of matches", async () => {
+  const { page, close } = await site.open();
+  const side = { width: 64, height: 64 };
+  const blank = await encodePng({ data: new Uint8ClampedArray(64 * 64 * 4).fill(255), ...side });
+  await page.setInputFiles("#target-file", written("blank.png", blank));
+  await page.setInputFiles("#reference-file", smallFile("reference.jpg"));
+  await page.locator("#message", { hasText: "No common points were found" }).waitFor();
+  assert.doesNotMatch((await page.locator("#message").textContent()) ?? "", /0 of 0|file/);
+  await close();
+});
+
+test("the buttons of a thumbnail lie on none of the words beside it", async () => {
+  const { page, close } = await site.open();
+  const [one = ""] = smallPhotos;
+  const [again, broken] = [await readFile(one), "no picture"];
+  await page.setInputFiles("#many-files", [
+    ...smallPhotos,
+    written("the-same.jpg", again),
+    written("broken.jpg", broken),
+  ]);
+  await finished(page);
+  const tiles = page.locator(".tile.noted");
+  assert.equal(await tiles.count(), 2);
+  assert.equal(await tiles.locator(".turn:visible").count(), 1, "what is no photo is not turned");
+  const covered = await tiles.evaluateAll((tiles) =>
+    tiles.flatMap((tile) => {
+      const words = [...tile.querySelectorAll(".words > *")];
+      return [...tile.querySelectorAll("button span")].map((sign) => {
+        const a = sign.getBoundingClientRect();
+        return words.some((word) => {
+          const range = document.createRange();
+          range.selectNodeContents(word);
+          return [...range.getClientRects()].some(
+            (b) =>
+              a.width > 0 &&
+              b.right > a.left &&
+              b.left < a.right &&
+              b.bottom > a.top &&
+              b.top < a.bottom,
+          );
+        });
+      });
+    }),
+  );
+  assert.deepEqual(covered.filter(Boolean), []);
   await close();
 });
 

@@ -201,7 +201,9 @@ test("explains errors of the core and keeps the previous result", async () => {
   await page.setInputFiles("#matches-file", written("few.csv", "xt,yt,xr,yr\n1,1,1,1\n9,9,9,9\n"));
   await settled(page);
   await page.locator("#run").click();
-  await page.locator("#message", { hasText: /of 2 matches can be used/ }).waitFor();
+  await page
+    .locator("#message", { hasText: /There are 2, and at least \d are required/ })
+    .waitFor();
   assert.match((await page.locator("#status").textContent()) ?? "", /previous/);
 
   // Matches that have nothing to do with the photos.

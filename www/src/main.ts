@@ -74,7 +74,7 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
   }
   onClick(byId("clear-inputs", HTMLButtonElement), () => {
     const before = store.state;
-    runner.cancel();
+    runner.giveUp();
     loader.clear(slotNames);
     const { settings } = store.state;
     const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;

@@ -47,6 +47,7 @@ export class SetLoader {
   /** Adds files to the set. */
   add(files: readonly File[]): void {
     const { set } = this.#store.state;
+    if (files.length === 0) return;
     if (!set) return this.start(files, true);
     const photos = [...set.photos, ...files.map((file) => setPhoto(file, "own"))];
     this.#store.set({ set: this.#limited({ ...set, photos }), message: null, undo: null });

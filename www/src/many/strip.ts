@@ -135,6 +135,7 @@ function fillTile(
   if (tile.note.textContent !== words) tile.note.textContent = words;
   tile.remove.setAttribute("aria-label", `Remove photo ${number}, ${file.name}`);
   tile.remove.title = `Remove ${file.name}`;
+  tile.turn.hidden = content === null;
   tile.turn.setAttribute("aria-label", `Turn photo ${number}, ${file.name}, by 90°`);
   if (content && tile.drawn !== content.preview) {
     tile.drawn = content.preview;

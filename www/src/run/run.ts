@@ -22,6 +22,9 @@ import { isReading, usablePhotos } from "../many/photo-set.js";
 import { prepareJob } from "./prepare.js";
 import { isCached, resultOf } from "./results.js";
 
+/** Why a run ended that nobody cancelled. */
+const givenUp = Symbol();
+
 /** Runs and cancels computations on the photos, one at a time. */
 export class Runner {
   readonly #store: Store;
@@ -33,8 +36,14 @@ export class Runner {
     this.#store = store;
   }
 
+  /** Ends what is running, and says so. */
   cancel(): void {
     for (const controller of this.#controllers) controller.abort();
+  }
+
+  /** Ends what is running without a word, as something else takes its place. */
+  giveUp(): void {
+    for (const controller of this.#controllers) controller.abort(givenUp);
   }
 
   /** Stitches the current inputs with the current settings, after cancelling what is running. */
@@ -60,7 +69,7 @@ export class Runner {
   }
 
   #start(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
-    this.cancel();
+    this.giveUp();
     return this.#queue(work);
   }
 
@@ -85,6 +94,10 @@ export class Runner {
     try {
       await work(signal);
     } catch (error) {
+      if (signal.reason === givenUp) {
+        this.#store.set({ running: null });
+        return;
+      }
       const message = errorMessage(signal.aborted ? signal.reason : error);
       const earlier = this.#store.state.outcome ? " The previous result is shown." : "";
       const status = message.tone === "note" ? message.title : `Not stitched.${earlier}`;
@@ -225,7 +238,7 @@ export function bindRun(store: Store, runner: Runner, loader: InputLoader): void
         ? usablePhotos(set).length > 1
         : photoSlots.every((slot) => slots[slot] !== null);
       waiting = complete && (running !== null || !isShown(state));
-      if (!complete && running) runner.cancel();
+      if (!complete && running) runner.giveUp();
     }
     if (!waiting || isLoading(state)) return;
     waiting = false;

@@ -27,12 +27,16 @@ const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation
     "An image has the wrong size.",
     `${message} Choose the file again; it may be damaged.`,
   ],
-  "too-few-matches": (number) => [
-    commonPoints(number("usable")),
-    `Only ${number("usable")} of ${count(number("matches"), "match", "matches")} can be used; at least ${number("needed")} are required. ` +
-      "Photos with little overlap, blur or little texture have few matches. Matches from a file must lie within both " +
-      "photos: check that the file belongs to these photos at this size and lists the first photo's point first.",
-  ],
+  "too-few-matches": (number) => {
+    const [usable, all, needed] = [number("usable"), number("matches"), number("needed")];
+    const few =
+      `There are ${usable}, and at least ${needed} are required. ` +
+      "Photos with little overlap, blur or little texture have few.";
+    const outside =
+      `${all - usable} of ${count(all, "match", "matches")} cannot be used. Matches from a file must lie within both photos: ` +
+      "check that the file belongs to these photos at this size and lists the first photo's point first.";
+    return [commonPoints(usable), usable === all ? few : `${few} ${outside}`];
+  },
   "no-consensus": (number) => [
     commonPoints(number("inliers")),
     `Only ${number("inliers")} of ${number("matches")} matches agree on one geometry; at least ${number("needed")} are required. ` +
