@@ -98,7 +98,7 @@ function fitParagraph({ result: { report }, job }: Outcome): string {
   const unusable = report.matches - report.usable;
   const dropped =
     unusable > 0
-      ? `${unusable} of the ${report.matches} matches ${job.matches ? "given" : "found"} were not usable: duplicates, outside the photos, or without depth. `
+      ? `${unusable} of the ${report.matches} matches ${job.matches ? "given" : "found"} could not be used: duplicates, outside the photos, or without depth. `
       : "";
   const tracked =
     report.tracked > 0
