@@ -203,7 +203,7 @@ impl Alignment<'_> {
         }
         let matches = given.or(self.matches.as_deref()).unwrap_or_default();
         let error = self.prediction_error.unwrap_or_else(|| self.inlier_error(matches));
-        let prior = Prior { error, weak: kind == ModelKind::TwoView };
+        let prior = Prior { error, weak: kind == ModelKind::TwoView, reliable_only: false };
         let photos = [target.image, reference.image];
         let [target, reference] = self.views(target, reference);
         // Maps of a network, say: outside of the reference nothing corrects their errors.

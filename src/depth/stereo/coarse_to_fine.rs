@@ -52,6 +52,8 @@ pub(super) struct SearchOptions {
     pub leaving_cost: u8,
     /// Whether matches are kept wherever there are some, even if they fail the left–right check.
     pub weak_prior: bool,
+    /// Whether nothing is wanted of pixels that are not reliable.
+    pub reliable_only: bool,
     /// Pixels along the epipolar line per label at full size.
     pub finest: f32,
 }
@@ -77,8 +79,11 @@ pub(super) fn coarse_to_fine(
             report(observer, Stage::Refine, done + (side as f32 + fraction) * part)
         })?;
         done += 2.0 * part;
-        let keep_matches = options.weak_prior || level == last && options.leaving_cost == 0;
-        check_and_extrapolate(&mut sides, level, keep_matches)?;
+        let marks = check(&mut sides, level)?;
+        if level > last || !options.reliable_only {
+            let keep_matches = options.weak_prior || level == last && options.leaving_cost == 0;
+            extrapolate(&mut sides, level, marks, keep_matches)?;
+        }
     }
     for i in 0..2 {
         report(observer, Stage::Refine, done)?;
@@ -132,9 +137,8 @@ fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
     Ok(labels)
 }
 
-/// Pixels that pass the left–right check among enough others are reliable; their corrections are extrapolated to all others.
-/// With `keep_matches`, and unless few are reliable, pixels inside the other photo keep what was found.
-fn check_and_extrapolate(sides: &mut [Side<'_>; 2], level: usize, keep_matches: bool) -> Result<()> {
+/// Marks pixels by the left–right check, and as reliable those that pass it among enough others.
+fn check(sides: &mut [Side<'_>; 2], level: usize) -> Result<[Vec<u8>; 2]> {
     let scale = 1 << level;
     let near_missing = |side: &Side<'_>| side.pyramid[level].near_missing(RADIUS);
     let missing = [near_missing(&sides[0])?, near_missing(&sides[1])?];
@@ -146,11 +150,20 @@ fn check_and_extrapolate(sides: &mut [Side<'_>; 2], level: usize, keep_matches: 
         missing: missing.as_deref(),
     });
     let marks = [consistent(&a, &b)?, consistent(&b, &a)?];
+    for (side, marks) in sides.iter_mut().zip(&marks) {
+        let Gray { width, height, .. } = side.pyramid[level];
+        side.reliable = reliable(marks, width, height)?;
+    }
+    Ok(marks)
+}
+
+/// Extrapolates the corrections of reliable pixels to all others. With `keep_matches`, and unless few are reliable, pixels inside the
+/// other photo keep what was found.
+fn extrapolate(sides: &mut [Side<'_>; 2], level: usize, marks: [Vec<u8>; 2], keep_matches: bool) -> Result<()> {
     for (side, marks) in sides.iter_mut().zip(marks) {
         let Gray { width, height, .. } = side.pyramid[level];
-        side.reliable = reliable(&marks, width, height)?;
         let reach = FADING * ((width * width + height * height) as f32).sqrt();
-        let smooth = extrapolated(&side.lines, &side.shifts, &side.reliable, (width, height, scale), reach)?;
+        let smooth = extrapolated(&side.lines, &side.shifts, &side.reliable, (width, height, 1 << level), reach)?;
         let keep = keep_matches && marked(&side.reliable) * FEW > marked(&marks);
         let corrected = side.shifts.iter_mut().zip(&mut side.depth);
         for (((shift, depth), smooth), &mark) in corrected.zip(smooth).zip(&marks) {

@@ -58,6 +58,8 @@ pub(crate) struct Prior {
     pub error: [f64; 2],
     /// Whether they are interpolated from a few matches, so that any match of pixels is better.
     pub weak: bool,
+    /// Whether nothing is wanted of pixels that are not reliable: what is refined there is of no use.
+    pub reliable_only: bool,
 }
 
 /// Corrects the inverse depth of both photos by stereo matching. The views' depth maps are priors: each pixel is searched for
@@ -87,7 +89,7 @@ pub fn refine(
     options: &RefineOptions,
     observer: &mut dyn Observer,
 ) -> Result<Refined> {
-    let prior = Prior { error: prediction_error, weak: false };
+    let prior = Prior { error: prediction_error, weak: false, reliable_only: false };
     refine_prior(target, reference, forward, reverse, prior, options, observer)
 }
 
@@ -131,6 +133,7 @@ pub(crate) fn refine_prior(
         // Where there is little texture a prior that is nearly exact is better than any match.
         leaving_cost: (1.75 / error).min(4.0) as u8,
         weak_prior: prior.weak,
+        reliable_only: prior.reliable_only,
         // Fine steps are exact, long ones correct more of what the coarser levels got wrong.
         finest: if prior.weak { 1.0 } else { (0.25 * error).clamp(0.5, 1.0) as f32 },
     };

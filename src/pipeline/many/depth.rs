@@ -241,7 +241,7 @@ fn compare(
     let (Some(first), Some(second)) = (&depths[a], &depths[b]) else { return Ok(()) };
     let (Some(forward), Some(reverse)) = (geometry.model([a, b]), geometry.model([b, a])) else { return Ok(()) };
     let views = [(a, first), (b, second)].map(|(photo, depth)| View { image: photos[photo], depth: Some(&depth.map) });
-    let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true };
+    let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true, reliable_only: true };
     let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
     let [of_first, of_second] = &found.reliable;
     let views = [(&forward, b), (&reverse, a)].map(|(model, photo)| OtherView { model, size: photos[photo].size() });
