@@ -4,8 +4,9 @@
 mod scene;
 
 use depthstitch::InverseDepth;
-use depthstitch::pipeline::many::{ManyOptions, align_many, stitch_many};
+use depthstitch::pipeline::many::{ManyOptions, PhotoCode, align_many, stitch_many};
 use depthstitch::report::Warning;
+use depthstitch::warp::Projection;
 use scene::{SIZE, camera, codes, depth_map, gallery_from, landing_errors, photos, with_cameras};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -62,4 +63,23 @@ fn cameras_alone_make_depth_and_depth_alone_is_brought_to_the_cameras_found() {
     given.iter_mut().zip(&wrong).for_each(|(photo, depth)| photo.depth = Some(depth));
     let done = stitch_many(&given, &options, &mut ()).unwrap();
     assert_eq!(done.warnings, [Warning::DepthInconsistent]);
+}
+
+/// By the near wall, which most of the last photo shows, nothing would be stretched on the plane: but the house would.
+#[test]
+fn what_is_far_behind_the_rest_is_not_stretched() {
+    let shown = |turn: f64, projection| {
+        let views = scene::court(2.0, turn, SIZE);
+        let depths: Vec<_> = views.0.iter().map(|view| depth_map(view, |d, _| d)).collect();
+        let mut options = ManyOptions { reference: Some(0), ..ManyOptions::default() };
+        options.stages.projection = projection;
+        let done = stitch_many(&with_cameras(&views, &depths), &options, &mut ()).unwrap();
+        assert!(done.photos.iter().all(|photo| photo.code == PhotoCode::Used));
+        (done.projection, done.image.width())
+    };
+    let (plane, wide) = shown(0.75, Some(Projection::Plane));
+    let (around, narrow) = shown(0.75, None);
+    assert_eq!([plane, around], [Projection::Plane, Projection::Cylinder]);
+    assert!(3 * narrow < 2 * wide, "{narrow} and {wide} pixels wide");
+    assert_eq!(shown(0.5, None).0, Projection::Plane);
 }

@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::InverseDepth;
 use crate::geometry::Model;
 use crate::warp::{Projection, Screen, project};
 
@@ -10,6 +11,9 @@ use crate::warp::{Projection, Screen, project};
 const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// A sphere is level while nothing is farther up or down than 60°, where it is stretched by 2: the sine.
 const MOST_LEVEL: f64 = 0.866;
+/// A photo is shown on the plane, where straight lines stay straight, while a tenth of it at most is enlarged there by more than this, in
+/// area.
+pub(super) const MOST_ENLARGED: f64 = 4.5;
 /// Points a row and a column of a photo that are looked at.
 const POINTS: usize = 9;
 
@@ -132,11 +136,10 @@ impl Picture {
         self.screen.map(moved)
     }
 
-    /// Where a photo's pixels appear.
-    fn place(&self, placed: &Placed) -> impl Fn([f64; 2]) -> Option<[f64; 2]> {
+    /// Where a photo's pixels appear, by their inverse depth.
+    fn place(&self, placed: &Placed) -> impl Fn([f64; 2], f64) -> Option<[f64; 2]> {
         let (model, screen) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.screen);
-        let depth = placed.depth;
-        move |point| project(screen.as_ref(), &model, point, depth)
+        move |point, depth| project(screen.as_ref(), &model, point, depth)
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` where part of it is behind the plane.
@@ -144,7 +147,7 @@ impl Picture {
         let place = self.place(photo);
         let mut bounds = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
         for point in grid(photo.size) {
-            let [x, y] = place(point)?;
+            let [x, y] = place(point, photo.depth)?;
             bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
         }
         // The conversion saturates.
@@ -153,12 +156,25 @@ impl Picture {
 
     /// By how much a photo's area grows, at points all over it; infinite where it is behind the plane or turned over.
     pub fn areas(&self, photo: &Placed) -> Vec<f64> {
-        self.areas_at(photo, grid(photo.size))
+        self.areas_at(photo, grid(photo.size), |_| photo.depth)
     }
 
-    /// The same, at these points of the photo.
-    pub fn areas_at(&self, photo: &Placed, points: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+    /// The same with the inverse depth that each pixel of the photo has; the typical one where that is NaN.
+    pub fn areas_with(&self, photo: &Placed, depth: &InverseDepth) -> Vec<f64> {
+        self.areas_at(photo, grid(photo.size), |[x, y]| {
+            Some(depth.sample(x, y)).filter(|depth| !depth.is_nan()).unwrap_or(photo.depth)
+        })
+    }
+
+    /// The same at these points of the photo, with the inverse depth that a point has.
+    pub fn areas_at(
+        &self,
+        photo: &Placed,
+        points: impl Iterator<Item = [f64; 2]>,
+        depth: impl Fn([f64; 2]) -> f64,
+    ) -> Vec<f64> {
         let place = self.place(photo);
+        let place = |point: [f64; 2]| place(point, depth(point));
         let area = |[x, y]: [f64; 2]| {
             let (a, b, c) = (place([x, y])?, place([x + 1.0, y])?, place([x, y + 1.0])?);
             Some((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).filter(|area| *area > 0.0)

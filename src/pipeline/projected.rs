@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::align::Alignment;
 use super::memory::Memory;
 use super::options::Options;
-use super::picture::{Picture, Placed, Viewer};
+use super::picture::{MOST_ENLARGED, Picture, Placed, Viewer};
 use crate::geometry::{Estimate, Match, Model, pair_focal};
 use crate::image::{filled, zeroed};
 use crate::observer::Observer;
@@ -14,10 +14,6 @@ use crate::rect::diagonal;
 use crate::statistics::{median, nth};
 use crate::warp::{Projection, Screen, WarpJob, WarpOptions, warp_within};
 use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
-
-/// Two photos are shown on the plane, where the reference stays as it is and straight lines straight, while a tenth of the target
-/// at most is enlarged by more than this, in area, next to its overlap.
-const MOST_ON_PLANE: f64 = 4.5;
 
 /// The reference as it appears on a screen: transparent where it shows nothing.
 pub(super) struct ProjectedReference {
@@ -88,13 +84,13 @@ fn placed(alignment: &Alignment<'_>, matches: &[Match], target: ImageView<'_>) -
     Placed { size: target.size(), model: alignment.geometry.forward, depth: depth.unwrap_or(0.0) }
 }
 
-/// Whether the target can be shown on the reference's plane without being stretched much.
+/// Whether the target can be shown on the reference's plane without being stretched much next to its overlap.
 fn suits_plane(target: &Placed, geometry: &Estimate, matches: &[Match]) -> bool {
     let plane = Picture::plane();
     let areas = plane.areas(target);
     let most = areas.len() * 9 / 10;
-    let overlap = median(plane.areas_at(target, geometry.inliers_of(matches).map(|m| m.target)));
-    nth(areas, most).zip(overlap).is_none_or(|(area, overlap)| area <= MOST_ON_PLANE * overlap)
+    let overlap = median(plane.areas_at(target, geometry.inliers_of(matches).map(|m| m.target), |_| target.depth));
+    nth(areas, most).zip(overlap).is_none_or(|(area, overlap)| area <= MOST_ENLARGED * overlap)
 }
 
 /// The reference's camera, held upright: its focal length as given or found, otherwise self-calibrated.

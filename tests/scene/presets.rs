@@ -92,3 +92,18 @@ pub fn room(count: usize, width: usize, height: usize) -> Views {
     };
     scene.views(&(0..count).map(pose).collect::<Vec<_>>(), width, height)
 }
+
+/// A near wall and, beside it and far behind, a house, seen by somebody who walks so many metres to the left and as many ahead, and turns to
+/// the right by an angle: from the beginning, the middle and the end.
+pub fn court(way: f64, turn: f64, (width, height): (usize, usize)) -> Views {
+    let first = Pose { centre: V::new(0.0, -1.5, 0.0), yaw: 0.0, pitch: 0.0, roll: 0.0, focal: 0.9 };
+    let mut scene = Scene::new(first, first, V::new(-0.3, -0.6, -0.7), 400.0);
+    let slab = |min: [f64; 3], max: [f64; 3], size: f64| {
+        (Shape::Box { min: min.into(), max: max.into() }, Texture::Patches { size })
+    };
+    scene.add(vec![vec![slab([-20.0, -20.0, 5.0], [1.5, 0.0, 5.2], 0.15)]]);
+    scene.add(vec![vec![slab([-20.0, -40.0, 30.0], [90.0, 0.0, 30.2], 0.6)]]);
+    scene.add(vec![vec![(Shape::Level { y: 0.0 }, Texture::Tiles { size: 0.5 })]]);
+    let pose = |share: f64| Pose { centre: first.centre + V::new(-way, 0.0, way) * share, yaw: share * turn, ..first };
+    scene.views(&[0.0, 0.5, 1.0].map(pose), width, height)
+}

@@ -123,6 +123,17 @@ pub(super) fn align_timed(
     let views: Vec<View<'_>> = photos.iter().map(Photo::view).collect();
     let depths = depths(&views, &used, reference, &geometry, &inside, stages.refine.as_ref(), observer)?;
     timer.end(Stage::Depth, observer);
+    // What is farther than most of a photo may be stretched where that is not.
+    let suits = |photo: &usize| {
+        depths[*photo].as_ref().is_none_or(|depth| picture.suits(*photo, &depth.map, &sizes, &geometry))
+    };
+    let around = match stages.projection {
+        None if picture.is_plane() && !used.iter().all(suits) => {
+            ManyPicture::around(None, reference, &used, &sizes, &geometry)
+        }
+        _ => None,
+    };
+    let picture = around.unwrap_or(picture);
     let order = view::outward(reference, &used, &inside);
     Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, picture, geometry, depths })
 }

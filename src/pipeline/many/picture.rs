@@ -2,13 +2,14 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::InverseDepth;
 use crate::geometry::{Model, MultiView, eigenpairs};
-use crate::pipeline::picture::{Picture, Placed, Size, Viewer, unit};
-use crate::statistics::median;
+use crate::pipeline::picture::{MOST_ENLARGED, Picture, Placed, Size, Viewer, unit};
+use crate::statistics::{median, nth};
 use crate::warp::{Projection, Screen};
 
-/// Photos are shown on the plane while none of them is stretched by more than this anywhere, in area: away from the middle by 2,
-/// across that by √2.
+/// Photos are shown on the plane while none of them is stretched by more than this anywhere at its typical depth, in area: away from the
+/// middle by 2, across that by √2.
 const MOST_ON_PLANE: f64 = 2.83;
 /// How much the cameras' own uprights count next to what their horizontal axes say.
 const OWN_UPRIGHT: f64 = 0.01;
@@ -43,13 +44,30 @@ impl ManyPicture {
         if wanted == Some(Projection::Plane) || wanted.is_none() && photos.iter().all(suits) {
             return plane;
         }
-        let around = || {
-            let viewer = viewer(reference, photos, geometry)?;
-            let placed: Option<Vec<Placed>> =
-                photos.iter().map(|&photo| placed(photo, reference, sizes, geometry)).collect();
-            Picture::around(wanted, &viewer, &Placed::reference(sizes[reference]), &placed?)
-        };
-        around().map_or(plane, |shown| Self { reference, shown })
+        Self::around(wanted, reference, photos, sizes, geometry).unwrap_or(plane)
+    }
+
+    /// The cylinder or sphere that is wanted, or that suits what the photos cover. `None` without cameras.
+    pub fn around(
+        wanted: Option<Projection>,
+        reference: usize,
+        photos: &[usize],
+        sizes: &[Size],
+        geometry: &MultiView,
+    ) -> Option<Self> {
+        let viewer = viewer(reference, photos, geometry)?;
+        let placed: Option<Vec<Placed>> =
+            photos.iter().map(|&photo| placed(photo, reference, sizes, geometry)).collect();
+        let shown = Picture::around(wanted, &viewer, &Placed::reference(sizes[reference]), &placed?)?;
+        Some(Self { reference, shown })
+    }
+
+    /// Whether it can show a photo of this depth without stretching it much.
+    pub fn suits(&self, photo: usize, depth: &InverseDepth, sizes: &[Size], geometry: &MultiView) -> bool {
+        let Some(placed) = placed(photo, self.reference, sizes, geometry) else { return true };
+        let areas = self.shown.areas_with(&placed, depth);
+        let most = areas.len() * 9 / 10;
+        nth(areas, most).is_none_or(|area| area <= MOST_ENLARGED * zoom(geometry, [photo, self.reference]))
     }
 
     /// What it is.
