@@ -92,7 +92,9 @@ test("so is what was ignored while photos are stitched, which goes on", async ()
   const { page, close } = await site.open();
   await page.setInputFiles("#many-files", [...smallPhotos, exampleFile("target.jpg")]);
   // Any stage after the first: each may be over before it is seen.
-  await page.locator("#status", { hasText: /Matching|Fitting|Computing|Warping|Blending/ }).waitFor();
+  await page
+    .locator("#status", { hasText: /Matching|Fitting|Computing|Warping|Blending/ })
+    .waitFor();
   await page.setInputFiles("#add-files", written("song.mp3", "la"));
   await page.locator("#message", { hasText: "Ignored: song.mp3" }).waitFor();
   assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /Reading|Detecting/);
