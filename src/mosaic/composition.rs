@@ -202,12 +202,8 @@ impl Composition {
 
     /// A window of the mosaic.
     fn cut_out(&self, window: Rect) -> Result<Image> {
-        let mut out = Image::transparent(window.width, window.height)?;
-        let rows = self.image.pixels().chunks_exact(self.image.width()).skip(window.y);
-        for (to, from) in out.pixels_mut().chunks_exact_mut(window.width).zip(rows) {
-            to.copy_from_slice(&from[window.x..window.x + window.width]);
-        }
-        Ok(out)
+        let pixels = part(self.image.pixels(), self.image.width(), window)?;
+        Ok(Image::from_bytes(pixels.into_flattened(), window.width, window.height))
     }
 
     /// Puts a blended window in its place.
