@@ -98,7 +98,7 @@ fn stepped(noise: f64, step: f64, rows: usize) -> Image {
 #[test]
 fn steps_are_seen_that_stand_out() {
     let seam = mask(|x, _| if x < 180 { 1 } else { 2 });
-    let share = |image: &Image| visible_steps(image.view(), &seam).unwrap();
+    let share = |image: &Image| visible_steps(image.view(), &seam).seam.unwrap();
     assert_eq!(share(&stepped(0.0, 0.0, 400)), 0.0);
     // 12 levels of grey are some 12 in 2.55·L*.
     assert_eq!(share(&stepped(0.0, 12.0, 400)), 1.0);
@@ -107,6 +107,15 @@ fn steps_are_seen_that_stand_out() {
     assert_eq!(share(&stepped(0.0, 2.0, 400)), 0.0);
     let (plain, hidden) = (share(&stepped(10.0, 12.0, 400)), share(&stepped(120.0, 12.0, 400)));
     assert!(plain > 0.9 && hidden < 0.2, "{plain} {hidden}");
+}
+
+#[test]
+fn edges_of_the_scene_are_steps_elsewhere() {
+    let edge = picture(|x, _| if x < 304 { [90, 90, 90, 255] } else { [120, 120, 120, 255] });
+    let found = visible_steps(edge.view(), &mask(|x, _| if x < 180 { 1 } else { 2 }));
+    // Of every 16th row and column 24 places each, but those of rows that are too near the seam to be away from it.
+    assert_eq!(found.seam, Some(0.0));
+    assert_eq!(found.elsewhere, Some(25.0 / (25 * (24 + 24 - 6)) as f64));
 }
 
 #[test]
@@ -121,10 +130,10 @@ fn steps_are_judged_where_enough_is_valid() {
             [image.data()[i], image.data()[i], image.data()[i], 0]
         }
     });
-    assert_eq!(visible_steps(few.view(), &seam), None);
-    assert_eq!(visible_steps(image.view(), &mask(|_, _| 1)), None);
+    assert_eq!(visible_steps(few.view(), &seam).seam, None);
+    assert_eq!(visible_steps(image.view(), &mask(|_, _| 1)).seam, None);
     // Along the border of the canvas there is nothing to compare with.
-    assert_eq!(visible_steps(image.view(), &mask(|x, _| if x < 3 { 1 } else { 2 })), None);
+    assert_eq!(visible_steps(image.view(), &mask(|x, _| if x < 3 { 1 } else { 2 })).seam, None);
 }
 
 fn segment(start: [f64; 2], end: [f64; 2]) -> LineSegment {
@@ -251,7 +260,8 @@ fn all_measures_of_one_mosaic() {
     let seen = appearance(view, reference.view(), &model, &warped, &mosaic).unwrap();
     assert_eq!((seen.voids.border, seen.voids.overlap), (0.0, 0.0));
     assert_eq!(seen.seam.on_border, Some(8.0 / 400.0));
-    assert_eq!(seen.visible_steps, Some(0.0));
+    assert_eq!(seen.visible_steps.seam, Some(0.0));
+    assert!(seen.visible_steps.elsewhere.unwrap() > 0.0);
     assert!(seen.broken_lines.inside.lines > 10, "{seen:?}");
     assert_eq!(seen.broken_lines.inside.broken, 0);
     assert!(seen.bending.unwrap() < 1e-6);

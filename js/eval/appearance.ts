@@ -17,6 +17,7 @@ type Look = Pick<
   | "seam_on_border"
   | "seam_length"
   | "visible_steps"
+  | "steps_elsewhere"
   | "broken_inside"
   | "broken_across"
   | "broken_outside"
@@ -37,6 +38,7 @@ export async function appearance(
     seam_on_border: seen.seamOnBorder,
     seam_length: seen.seamLength,
     visible_steps: seen.visibleSteps,
+    steps_elsewhere: seen.stepsElsewhere,
     broken_inside: seen.brokenInside,
     broken_across: seen.brokenAcross,
     broken_outside: seen.brokenOutside,
@@ -44,11 +46,14 @@ export async function appearance(
   };
 }
 
-/** Share of all seams of a mosaic along which a step shows. */
+/** Shares of all seams of a mosaic, and of all other places, with a step that shows; null of few. */
 export async function visibleSteps({
   mosaic,
   labels,
-}: Pick<StitchManyResult, "mosaic" | "labels">): Promise<number | null> {
+}: Pick<StitchManyResult, "mosaic" | "labels">): Promise<{
+  seam: number | null;
+  elsewhere: number | null;
+}> {
   await evaluation.start(await compile());
   return evaluation.call((raw) => raw.visibleSteps(mosaic, labels));
 }

@@ -4,7 +4,7 @@ mod appearance;
 mod ssim;
 
 pub use appearance::{
-    Appearance, BrokenLines, LineBreaks, SeamShape, Voids, appearance, bending, broken_lines, seam_shape,
+    Appearance, BrokenLines, LineBreaks, SeamShape, VisibleSteps, Voids, appearance, bending, broken_lines, seam_shape,
     visible_steps, voids,
 };
 

@@ -10,6 +10,8 @@ export interface Appearance {
   seamLength: number;
   /** Share of the seam with a step of colour larger, by more than 3 in CIELAB, than nine tenths of those beside it. */
   visibleSteps: number | null;
+  /** The same share of places away from the seam: what edges of the scene alone amount to. */
+  stepsElsewhere: number | null;
   /** Share of the target's straight lines that the warp breaks by more than 2 degrees, of those it puts inside the reference. */
   brokenInside: number | null;
   /** The same, of those across the reference's border. */
@@ -18,6 +20,14 @@ export interface Appearance {
   brokenOutside: number | null;
   /** RMS distance of what lies outside the reference from the best homography, in % of the reference's diagonal. */
   bending: number | null;
+}
+
+/** Shares with a step of colour larger, by more than 3 in CIELAB, than nine tenths of those beside it. */
+export interface VisibleSteps {
+  /** Of all seams. */
+  seam: number | null;
+  /** Of places away from them. */
+  elsewhere: number | null;
 }
 
 /** Straight lines of a photo. */

@@ -24,8 +24,8 @@ pub fn appearance(
     evaluated(&|| measured(target, reference, result))
 }
 
-/// Share of the seams between photos along which a step shows; null where there is hardly any to judge.
-#[wasm_bindgen(js_name = visibleSteps, unchecked_return_type = "number | null")]
+/// Shares of the seams between photos, and of all other places, with a step that shows; null where there is hardly any to judge.
+#[wasm_bindgen(js_name = visibleSteps, unchecked_return_type = "VisibleSteps")]
 pub fn visible_steps(
     #[wasm_bindgen(unchecked_param_type = "ImageInput")] mosaic: &JsValue,
     #[wasm_bindgen(unchecked_param_type = "Mask")] labels: &JsValue,
@@ -33,7 +33,11 @@ pub fn visible_steps(
     evaluated(&|| {
         let (mosaic, labels) = (inputs::image("mosaic", mosaic)?, inputs::mask("labels", labels)?);
         check_size("labels", labels.size(), mosaic.size())?;
-        Ok(metrics::visible_steps(mosaic.view(), &labels).map_or(JsValue::NULL, JsValue::from))
+        let found = metrics::visible_steps(mosaic.view(), &labels);
+        let object = Object::new().into();
+        put(&object, "seam", or_null(found.seam));
+        put(&object, "elsewhere", or_null(found.elsewhere));
+        Ok(object)
     })
 }
 
@@ -91,14 +95,19 @@ fn to_js(seen: &Appearance) -> JsValue {
         ("overlapVoids", Some(seen.voids.overlap)),
         ("seamOnBorder", seen.seam.on_border),
         ("seamLength", Some(seen.seam.length)),
-        ("visibleSteps", seen.visible_steps),
+        ("visibleSteps", seen.visible_steps.seam),
+        ("stepsElsewhere", seen.visible_steps.elsewhere),
         ("brokenInside", lines.inside.share()),
         ("brokenAcross", lines.across.share()),
         ("brokenOutside", lines.outside.share()),
         ("bending", seen.bending),
     ] {
-        // Null where there is too little to judge.
-        put(&object, name, value.map_or(JsValue::NULL, JsValue::from));
+        put(&object, name, or_null(value));
     }
     object
+}
+
+/// Null where there is too little to judge.
+fn or_null(value: Option<f64>) -> JsValue {
+    value.map_or(JsValue::NULL, JsValue::from)
 }

@@ -184,6 +184,7 @@ test("appearance: null where there is too little to judge; what does not fit is 
     seam_on_border: null,
     seam_length: 0,
     visible_steps: null,
+    steps_elsewhere: null,
     broken_inside: null,
     broken_across: null,
     broken_outside: null,

@@ -187,12 +187,12 @@ test("steps show along every seam, whichever photos meet there", async () => {
     new Uint8Array(width * height).map((_, i) => values[Math.floor((i % width) / 40)] ?? 0);
   const labels = { data: columns([4, 9, 2]), width, height };
   /** @param {number[]} grey */
-  const steps = (grey) => {
+  const steps = async (grey) => {
     const levels = columns(grey);
     const data = new Uint8ClampedArray(4 * width * height).map((_, i) =>
       i % 4 === 3 ? 255 : (levels[i >> 2] ?? 0),
     );
-    return visibleSteps({ mosaic: { data, width, height }, labels });
+    return (await visibleSteps({ mosaic: { data, width, height }, labels })).seam;
   };
   assert.equal(await steps([90, 90, 90]), 0);
   assert.equal(await steps([90, 130, 130]), 0.5);

@@ -62,6 +62,7 @@ async function measured(
   const used = result.photos.filter((photo) => photo.used).length;
   const found = cameras ? cameraErrors(result.photos, cameras) : null;
   const landing = cameras && depths ? landingErrors(result, cameras, depths) : undefined;
+  const steps = await visibleSteps(result);
   return {
     photos_used: used,
     photos_missing: photos.length - used,
@@ -70,7 +71,8 @@ async function measured(
     focal_error: found?.focal ?? null,
     landing_shared: landing?.inside ?? null,
     landing_alone: landing?.outside ?? null,
-    all_steps: await visibleSteps(result),
+    all_steps: steps.seam,
+    all_steps_elsewhere: steps.elsewhere,
     all_broken: await brokenLines(photos, result),
   };
 }

@@ -13,7 +13,7 @@ mod voids;
 pub use bending::bending;
 pub use lines::{BrokenLines, LineBreaks, broken_lines};
 pub use seam::{SeamShape, seam_shape};
-pub use steps::visible_steps;
+pub use steps::{VisibleSteps, visible_steps};
 pub use voids::{Voids, voids};
 
 use crate::features::{LineSegmentOptions, line_segments};
@@ -30,8 +30,8 @@ pub struct Appearance {
     pub voids: Voids,
     /// Where the seam runs.
     pub seam: SeamShape,
-    /// Share of the seam along which a step shows; `None` where there is hardly any seam to judge.
-    pub visible_steps: Option<f64>,
+    /// Steps along the seam, and elsewhere.
+    pub visible_steps: VisibleSteps,
     /// Straight lines of the target that the warp breaks.
     pub broken_lines: BrokenLines,
     /// How far the warp outside the reference is from a homography, in % of the reference's diagonal; `None` where hardly

@@ -1,10 +1,11 @@
-//! Steps of colour along the seam that stand out from what lies beside it.
+//! Steps of colour that stand out from what lies beside them, along the seam and elsewhere.
 
 use super::lab::Lab;
 use super::seam::crosses;
 use super::share;
 use crate::sort::sort_indices;
 use crate::{ImageView, Mask};
+use std::ops::Range;
 
 /// Pixels on either side whose means are compared.
 const MEAN: usize = 5;
@@ -15,36 +16,72 @@ const MARGIN: f32 = 3.0;
 /// A place with fewer steps beside it is not judged.
 const FEW: usize = 20;
 
-/// Share of the seam with a step that is larger than the 90th percentile of those beside it by more than 3 in CIELAB. A step
-/// is the difference of the means of five pixels on either side, across the seam; `seam` says which photo shows, 0 for
-/// none. Both have the same size. `None` when no more than 20 places can be judged.
-pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> Option<f64> {
+/// Away from the seam every so many lines and places are judged.
+const EVERY: usize = 16;
+
+/// How much of a mosaic has steps that stand out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisibleSteps {
+    /// Share of the seam. `None` when no more than 20 places can be judged.
+    pub seam: Option<f64>,
+    /// Share of all other places, where one photo shows on either side: what edges of the scene alone amount to. `None` as before.
+    pub elsewhere: Option<f64>,
+}
+
+/// Shares of a mosaic with a step that is larger than the 90th percentile of those beside it by more than 3 in CIELAB. A step
+/// is the difference of the means of five pixels on either side, across the seam or, elsewhere, of a row or column; `seam` says
+/// which photo shows, 0 for none. Both have the same size.
+pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> VisibleSteps {
     let lab = Lab::new();
     let (width, height) = seam.size();
     let pixels = mosaic.pixels();
-    let (mut judged, mut visible) = (0, 0);
+    let [mut at_seam, mut elsewhere] = [Tally::default(); 2];
     for (lines, length, step, next) in [(height, width, 1, width), (width, height, width, 1)] {
         for line in 0..lines {
             let at = |i: usize| line * next + i * step;
-            for i in 0..length - 1 {
-                if crosses(seam.data()[at(i)], seam.data()[at(i + 1)]) {
-                    let pixel = |i: usize| pixels[at(i)];
-                    if let Some(stands_out) = stands_out(&lab, &pixel, length, i + 1) {
-                        (judged, visible) = (judged + 1, visible + usize::from(stands_out));
-                    }
+            let label = |i: usize| seam.data()[at(i)];
+            let pixel = |i: usize| pixels[at(i)];
+            for i in 1..length {
+                if crosses(label(i - 1), label(i)) {
+                    at_seam.add(stands_out(&lab, &pixel, length, i));
+                } else if line % EVERY == 0 && i % EVERY == 0 && window(i, length).all(|j| label(j) == label(i)) {
+                    elsewhere.add(stands_out(&lab, &pixel, length, i));
                 }
             }
         }
     }
-    (judged > FEW).then(|| share(visible, judged))
+    VisibleSteps { seam: at_seam.share(), elsewhere: elsewhere.share() }
 }
 
-/// Whether the step between the pixels `seam` − 1 and `seam` of a line stands out; `None` where that cannot be said.
-fn stands_out(lab: &Lab, pixel: &dyn Fn(usize) -> [u8; 4], length: usize, seam: usize) -> Option<bool> {
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    judged: usize,
+    visible: usize,
+}
+
+impl Tally {
+    fn add(&mut self, stands_out: Option<bool>) {
+        self.judged += usize::from(stands_out.is_some());
+        self.visible += usize::from(stands_out == Some(true));
+    }
+
+    fn share(&self) -> Option<f64> {
+        (self.judged > FEW).then(|| share(self.visible, self.judged))
+    }
+}
+
+/// The pixels of a line that a step between the pixels `place` − 1 and `place` is judged by.
+fn window(place: usize, length: usize) -> Range<usize> {
+    let middle = place.saturating_sub(MEAN);
+    middle.saturating_sub(REACH)..(middle + REACH + 2 * MEAN - 1).min(length)
+}
+
+/// Whether the step between the pixels `place` − 1 and `place` of a line stands out; `None` where that cannot be said.
+fn stands_out(lab: &Lab, pixel: &dyn Fn(usize) -> [u8; 4], length: usize, place: usize) -> Option<bool> {
     // Step k lies between the pixels first + k + MEAN − 1 and first + k + MEAN.
-    let middle = seam.checked_sub(MEAN)?;
-    let (first, last) = (middle.saturating_sub(REACH), (middle + REACH + 2 * MEAN - 1).min(length));
-    if seam + MEAN > length {
+    let middle = place.checked_sub(MEAN)?;
+    let Range { start: first, end: last } = window(place, length);
+    if place + MEAN > length {
         return None;
     }
     // Sums of the colours and of the valid pixels up to each.
