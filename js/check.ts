@@ -1,5 +1,7 @@
 // Checks the types of arguments and turns them into plain objects that can be sent between threads. Values (sizes, ranges,
 // lengths) are checked by the core, unless a function does not call it.
+import { numberOfWorkers, outputs, type Workers } from "./choices.js";
+import { describe, tag } from "./describe.js";
 import { invalid, StitchError } from "./errors.js";
 import type {
   CallOptions,
@@ -14,28 +16,12 @@ import type {
   Model,
   Models,
   Options,
-  Output,
   PhotoInput,
   Rect,
   Size,
   StitchInputs,
   Warped,
 } from "./types.js";
-
-/** The values of the option `workers`. */
-const WORKERS = [1, 2, 4, "auto"] as const;
-type Workers = (typeof WORKERS)[number];
-
-/** The names in the option `outputs`. */
-const OUTPUTS = Object.keys({
-  mosaic: 0,
-  voidMask: 0,
-  seam: 0,
-  warped: 0,
-  footprint: 0,
-  confidence: 0,
-  projectedReference: 0,
-} satisfies Record<Output, 0>) as Output[];
 
 // Typed arrays of another realm (an iframe, a test environment) are accepted, so their class is read from their tag; the
 // result is a view of this realm. Shared memory is copied, as it could change during the call.
@@ -69,10 +55,6 @@ function extent(view: ArrayBufferView, bytes: number): [ArrayBuffer, number, num
   return [new Uint8Array(buffer, byteOffset, byteLength).slice().buffer as ArrayBuffer, 0, length];
 }
 
-function tag(value: unknown): string {
-  return Object.prototype.toString.call(value).slice(8, -1);
-}
-
 function view<K extends Kind>(
   name: string,
   value: unknown,
@@ -88,13 +70,6 @@ function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeo
   } catch (cause) {
     throw invalid(`${name} has a buffer that was transferred or shrunk`, {}, { cause });
   }
-}
-
-/** A value as it appears in a message: strings quoted, objects by their class. */
-function describe(value: unknown): string {
-  if (typeof value === "string") return JSON.stringify(value.slice(0, 40));
-  if (value === null || value === undefined) return String(value);
-  return typeof value === "object" ? tag(value) : typeof value;
 }
 
 function object(name: string, value: unknown): Record<string, unknown> {
@@ -361,30 +336,10 @@ export function stitchInputs(value: StitchInputs): StitchInputs {
   };
 }
 
-function outputs(value: unknown): readonly Output[] {
-  if (!Array.isArray(value)) throw invalid(`outputs must be an array, got ${describe(value)}`);
-  return value.map((name: unknown, i) => {
-    const known = OUTPUTS.find((output) => output === name);
-    if (known !== undefined) return known;
-    const names = OUTPUTS.map((output) => JSON.stringify(output)).join(", ");
-    throw invalid(`outputs[${i}] must be one of ${names}, got ${describe(name)}`);
-  });
-}
-
 /** The inputs of `blend` besides the images. */
 export function blendInputs(value: { reliable?: Mask | null | undefined }): { reliable?: Mask } {
   const { reliable } = object("options", value);
   return isGiven(reliable) ? { reliable: mask("reliable", reliable) } : {};
-}
-
-function numberOfWorkers(value: unknown): Workers {
-  const found = WORKERS.find((workers) => workers === value);
-  if (found !== undefined) return found;
-  const got = typeof value === "number" ? value : describe(value);
-  throw invalid(
-    `workers must be 1, 2, 4 or "auto", got ${got}`,
-    typeof value === "number" ? { value } : {},
-  );
 }
 
 /** The options of how to run a call, with their defaults. */
