@@ -158,7 +158,7 @@ pub fn stitch_giving_depth(
     let warping = &mut Portion::new(observer, from, 1.0);
     let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
-    // Maps that nothing reads any more make room.
+    // Maps that nothing reads any more make room: what nobody takes is dropped at once.
     let mut give_depth = |side: usize, map: &mut Option<Cow<'_, InverseDepth>>| {
         if let (Some(take), Some(map)) = (&mut take_depth, map.take()) {
             take(side, map);
