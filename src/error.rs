@@ -133,6 +133,12 @@ pub enum Error {
         /// The smaller standard deviation of the matches' positions, in pixels.
         deviation: f64,
     },
+    /// The geometry that the matches agree on has most of the target behind the reference's camera.
+    #[error("{} % of the target would be behind the reference's camera", Decimal(100.0 * *behind, 0))]
+    BehindCamera {
+        /// Share of the target.
+        behind: f64,
+    },
     /// The warped target does not touch the reference.
     #[error("the warped target covers {pixels} pixels of the reference")]
     NoOverlap {
@@ -193,7 +199,7 @@ impl Error {
             Error::SizeMismatch { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
-            Error::DegenerateGeometry { .. } => "degenerate-geometry",
+            Error::DegenerateGeometry { .. } | Error::BehindCamera { .. } => "degenerate-geometry",
             Error::NoOverlap { .. } => "no-overlap",
             Error::TooLarge { .. } => "too-large",
             Error::OutOfMemory { .. } => "out-of-memory",
@@ -220,6 +226,7 @@ impl Error {
             Error::DegenerateGeometry { matches, deviation } => {
                 &[("matches", matches as f64), ("deviation", deviation)]
             }
+            Error::BehindCamera { behind } => &[("behind", behind)],
             Error::NoOverlap { pixels } => &[("pixels", pixels as f64)],
             Error::TooLarge { width, height, bytes, limit } => {
                 &[("width", width as f64), ("height", height as f64), ("bytes", bytes as f64), ("limit", limit as f64)]

@@ -189,6 +189,11 @@ fn grid((w, h): Size) -> impl Iterator<Item = [f64; 2]> {
     (0..POINTS * POINTS).map(move |k| [at(k % POINTS, w), at(k / POINTS, h)])
 }
 
+/// The share of points all over a photo that meet a `condition`.
+pub(super) fn share_of_points(size: Size, condition: impl Fn([f64; 2]) -> bool) -> f64 {
+    grid(size).filter(|point| condition(*point)).count() as f64 / (POINTS * POINTS) as f64
+}
+
 /// Scaled to length 1; `None` of nothing.
 pub(super) fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     let length = v.norm();

@@ -43,10 +43,17 @@ const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation
       "Check that the photos show the same scene and overlap, and that matches and depth maps from files belong to them. If they " +
       "do, try a larger inlier threshold under Options.",
   ],
-  "degenerate-geometry": () => [
-    "The matches lie on a line or in a point.",
-    "They do not determine a warp. Use matches that are spread over the whole overlap.",
-  ],
+  "degenerate-geometry": (number) =>
+    number("behind") > 0
+      ? [
+          "The photos do not fit together.",
+          `The geometry that most matches agree on has ${Math.round(100 * number("behind"))} % of the first photo behind the second ` +
+            "photo’s camera. Use photos that overlap more, or that were taken from more similar directions.",
+        ]
+      : [
+          "The matches lie on a line or in a point.",
+          "They do not determine a warp. Use matches that are spread over the whole overlap.",
+        ],
   "no-overlap": () => [
     "The warped photo does not overlap the other one.",
     "The geometry that fits the matches maps the first photo outside the second. If the matches come from a file, " +
