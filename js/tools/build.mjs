@@ -218,6 +218,8 @@ function buildTypeScript() {
   // The public types are published next to the bindings.
   mkdirSync(wasmDir, { recursive: true });
   cpSync(join(root, "src", "wasm", "types.d.ts"), join(wasmDir, "types.d.ts"));
+  // The compiler copies no declarations.
+  cpSync(join(root, "js", "wasm-file.d.ts"), join(dist, "wasm-file.d.ts"));
   run(process.execPath, [npmBin("typescript-7", "tsc"), "-p", root]);
 }
 

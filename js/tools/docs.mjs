@@ -10,8 +10,8 @@ function entryPoints() {
   const { name, exports } = JSON.parse(readFileSync(join(root, "package.json"), "utf8"));
   /** @type {[string, { types?: string }][]} */
   const all = Object.entries(exports);
-  // The worker is run and exports nothing.
-  const typed = all.filter(([entry, { types }]) => types && entry !== "./worker");
+  // The worker is run and exports nothing; files of wasm are given to `init`.
+  const typed = all.filter(([entry, { types }]) => types && !/^\.\/worker$|\.wasm$/.test(entry));
   return new Map(
     typed.map(([entry, { types = "" }]) => [name + entry.slice(1), join(root, types)]),
   );

@@ -136,6 +136,22 @@ test("esbuild for Node, as CommonJS", () => {
   checkInNode(copy);
 });
 
+test("a bundle that has the wasm files in it", () => {
+  const codecs = `
+    import { init as initCodecs } from "depthstitch/codecs";
+    import codecs from "depthstitch/codecs.wasm";
+    await initCodecs(codecs);`;
+  const main = code("Another bundler", "js") + codecs + forNode;
+  const copy = project("esbuild-binary", main);
+  const program = esbuildNode()
+    .replace(/^for [^]*^}$/m, "")
+    .replace('"node",', '"node",\n  target: "node20",\n  loader: { ".wasm": "binary" },');
+  assert.ok(program.includes("binary") && !program.includes("_bg.wasm"));
+  writeFileSync(join(copy, "build.mjs"), program);
+  runIn(copy, process.execPath, ["build.mjs"]);
+  checkInNode(copy);
+});
+
 test("webpack for Node", () => {
   const copy = project("webpack-node", forNode);
   writeFileSync(join(copy, "webpack.config.mjs"), code("webpack for Node", "js"));

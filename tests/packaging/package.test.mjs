@@ -148,11 +148,9 @@ test("publint and Are the types wrong? find nothing", async () => {
   assert.deepEqual(messages, []);
   const found = await checkPackage(createPackageFromTarballData(new Uint8Array(tarball)));
   assert.ok(found.types);
-  // The package is for module-aware resolution only; and the .wasm files are for bundlers, which give them types of their own.
+  // The package is for module-aware resolution only.
   const problems = found.problems.filter(
-    (problem) =>
-      !("resolutionKind" in problem && /node10|node16-cjs/.test(problem.resolutionKind)) &&
-      !("entrypoint" in problem && problem.entrypoint.endsWith(".wasm")),
+    (problem) => !("resolutionKind" in problem && /node10|node16-cjs/.test(problem.resolutionKind)),
   );
   assert.deepEqual(problems, []);
 });

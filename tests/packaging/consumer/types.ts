@@ -65,8 +65,11 @@ import {
 } from "depthstitch";
 import * as cases from "depthstitch/cases";
 import * as codecs from "depthstitch/codecs";
+import codecsFile from "depthstitch/codecs.wasm";
+import coreFile from "depthstitch/depthstitch.wasm";
 import * as depthModels from "depthstitch/depth";
 import * as inpainting from "depthstitch/inpaint";
+import manyFile from "depthstitch/many.wasm";
 import * as options from "depthstitch/options";
 
 const image: ImageInput = { data: new Uint8ClampedArray(16), width: 2, height: 2 };
@@ -124,6 +127,12 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
 
   const text: string = await version();
   void [code, compared, map, pairs, both, model, warnings, filled, quality, text];
+}
+
+export async function everyFileOfWasm(): Promise<void> {
+  await Promise.all([init(coreFile, manyFile), codecs.init(codecsFile)]);
+  // @ts-expect-error it may be the bytes
+  coreFile satisfies string;
 }
 
 export function whatWentWrong(error: unknown): [ErrorCode, ErrorStage, number | undefined] | null {
