@@ -129,9 +129,11 @@ function pose(name: string, value: unknown): NonNullable<PhotoInput["camera"]> {
 }
 
 /** The inputs of `stitchMany` besides the photos. */
-export function manyInputs({ reference, outputDepth = false }: ManyInputs): ManyInputs {
+export function manyInputs(inputs: ManyInputs): ManyInputs {
+  const { reference, distortion, outputDepth = false } = inputs;
   return {
     ...(isGiven(reference) && { reference: number("reference", reference) }),
+    ...(isGiven(distortion) && { distortion: number("distortion", distortion) }),
     outputDepth: boolean("outputDepth", outputDepth),
   };
 }
@@ -307,7 +309,7 @@ export function gains(value: unknown): readonly number[] | undefined {
 
 /** Properties of options objects that are not options of the algorithm. */
 const notSettings = new Set(
-  "reference matches targetDepth referenceDepth outputDepth outputs reliable onProgress signal worker workers transfer".split(
+  "reference distortion matches targetDepth referenceDepth outputDepth outputs reliable onProgress signal worker workers transfer".split(
     " ",
   ),
 );

@@ -12,6 +12,7 @@ const NEXT: u8 = 1;
 const UNKNOWN: u8 = 0;
 
 /// A photo with pixels that are not there, its colours extended into them, and its depth, which is not known there either.
+#[derive(Debug, Clone)]
 pub(crate) struct Extended {
     image: Image,
     depth: Option<InverseDepth>,
@@ -40,17 +41,26 @@ impl Extended {
             let pixels = view.image.pixels().len() as u64;
             return Err(Error::TransparentPhoto { name, index, pixels }.into());
         }
-        extend_colours(&mut image)?;
         let pixels = image.pixels();
         let of = |depth: &InverseDepth| {
             depth.map_indexed(|i, d| if pixels.get(i).is_some_and(|p| p[3] == 0) { f32::NAN } else { d })
         };
         let depth = view.depth.map(of).transpose()?;
-        Ok(Some(Self { image, depth }))
+        Self::new(image, depth).map(Some)
+    }
+
+    /// Of a photo whose pixels are opaque or not there, and depth that is known of the former alone.
+    pub fn new(mut image: Image, depth: Option<InverseDepth>) -> Result<Self> {
+        extend_colours(&mut image)?;
+        Ok(Self { image, depth })
+    }
+
+    /// Both.
+    pub fn as_view(&self) -> View<'_> {
+        View { image: self.image.view(), depth: self.depth.as_ref() }
     }
 
     /// The photo.
-    #[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
     pub fn into_image(self) -> Image {
         self.image
     }
@@ -58,7 +68,7 @@ impl Extended {
     /// It, or the photo itself where all of that is there.
     pub fn view<'a>(extended: &'a Option<Self>, photo: View<'a>) -> View<'a> {
         match extended {
-            Some(Self { image, depth }) => View { image: image.view(), depth: depth.as_ref() },
+            Some(extended) => extended.as_view(),
             None => photo,
         }
     }

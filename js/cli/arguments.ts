@@ -36,6 +36,8 @@ export interface StitchManyCommand extends CommonCommand {
   readonly depth: (DepthFormat & { readonly files: readonly (string | null)[] }) | null;
   /** The file with the cameras of all photos. */
   readonly cameras: string | undefined;
+  /** The distortion of their lens. */
+  readonly distortion: number | undefined;
   /** Which of them all are shown from the view of; undefined: the one in the middle. */
   readonly reference: number | undefined;
 }
@@ -77,6 +79,7 @@ const FLAGS = {
   matches: { type: "string", short: "m" },
   "own-matches": { type: "boolean" },
   cameras: { type: "string" },
+  distortion: { type: "string" },
   reference: { type: "string" },
   output: { type: "string", short: "o" },
   warped: { type: "string" },
@@ -103,7 +106,7 @@ const INPUT_FLAGS = [
 
 /** Flags that only two photos have, and that only more have. */
 const PAIR_FLAGS = ["target-depth", "reference-depth", "matches", "own-matches", "warped"] as const;
-const MANY_FLAGS = ["reference", "depth", "cameras"] as const;
+const MANY_FLAGS = ["reference", "depth", "cameras", "distortion"] as const;
 
 /** Stands for a photo without a depth map. */
 const NO_DEPTH = "none";
@@ -162,7 +165,10 @@ function parseWorkers(text = "auto"): CommonCommand["workers"] {
   return word === "auto" ? word : (Number(word) as 1 | 2 | 4);
 }
 
-type ManyFiles = Pick<StitchManyCommand, "photos" | "depth" | "cameras" | "reference">;
+type ManyFiles = Pick<
+  StitchManyCommand,
+  "photos" | "depth" | "cameras" | "distortion" | "reference"
+>;
 
 function parseMany(flags: Flags, photos: readonly string[]): ManyFiles {
   const extra = PAIR_FLAGS.find((flag) => flags[flag] !== undefined);
@@ -178,6 +184,7 @@ function parseMany(flags: Flags, photos: readonly string[]): ManyFiles {
     photos,
     depth: files && format ? { ...format, files } : null,
     cameras,
+    distortion: flags.distortion === undefined ? undefined : number("distortion", flags.distortion),
     reference: parseReference(flags, photos),
   };
 }
@@ -209,7 +216,11 @@ export function inputPaths({ target, reference, matches, depth }: PairFiles): st
 }
 
 /** All files that are read of three photos or more. */
-export function manyInputPaths({ photos, depth, cameras }: ManyFiles): string[] {
+export function manyInputPaths({
+  photos,
+  depth,
+  cameras,
+}: Pick<ManyFiles, "photos" | "depth" | "cameras">): string[] {
   return [...photos, ...(depth?.files ?? []), cameras].filter((path) => typeof path === "string");
 }
 

@@ -7,18 +7,21 @@ import type { PhotoInput } from "../index.js";
 /** The camera of one photo, as `stitchMany` takes it. */
 export type GivenCamera = Required<Pick<PhotoInput, "camera" | "focalLength">>;
 
+/** The cameras of all photos, and the distortion of their lens, if the file says it. */
+export interface GivenCameras {
+  readonly cameras: readonly GivenCamera[];
+  readonly distortion: number | undefined;
+}
+
 type Fields = Readonly<Record<string, unknown>>;
 
 /**
- * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "focalLength", "camera": { "rotation", "translation" } }] }`, as
- * `--report` writes it; the rest is ignored, and "file" may be missing.
+ * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "focalLength", "camera": { "rotation", "translation" } }], "distortion" }`,
+ * as `--report` writes it; the rest is ignored, and "file" and "distortion" may be missing.
  *
  * @throws {FileError} `invalid-case`.
  */
-export async function loadCameras(
-  path: string,
-  photos: readonly string[],
-): Promise<readonly GivenCamera[]> {
+export async function loadCameras(path: string, photos: readonly string[]): Promise<GivenCameras> {
   const fail = (reason: string): never => {
     throw new FileError("invalid-case", path, reason);
   };
@@ -31,10 +34,12 @@ export async function loadCameras(
     }
   };
   const root = parse();
-  const list = isFields(root) ? root.photos : undefined;
+  const { photos: list, distortion } = isFields(root) ? root : {};
   if (!Array.isArray(list) || list.length !== photos.length)
     return fail(`"photos" must be a list of ${photos.length}, one for each photo`);
-  return photos.map((photo, i) => {
+  if (distortion !== undefined && typeof distortion !== "number")
+    return fail(`"distortion" must be a number`);
+  const cameras = photos.map((photo, i) => {
     const name = `"photos[${i}]"`;
     const entry: unknown = list[i];
     if (!isFields(entry)) return fail(`${name} must be an object`);
@@ -56,6 +61,7 @@ export async function loadCameras(
       camera: { rotation: numbers("rotation", 9), translation: numbers("translation", 3) },
     };
   });
+  return { cameras, distortion };
 }
 
 function isFields(value: unknown): value is Fields {

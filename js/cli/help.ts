@@ -29,6 +29,10 @@ const INPUT: readonly Row[] = [
     "of three photos or more, JSON with the camera and focal length of each, as --report writes it",
   ],
   [
+    "--distortion N",
+    "of three photos or more, the radial distortion of their lens, -1 (barrel) to 1 (pincushion), 0 for none; by default that of the cameras' file, or estimated",
+  ],
+  [
     "--depth-kind KIND",
     "inverse (larger is nearer: Depth Anything, MiDaS, disparity) or metric (distance) [inverse]",
   ],

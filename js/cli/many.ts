@@ -25,7 +25,7 @@ export async function stitchManyFiles(
 ): Promise<Produced> {
   const { photos, depth, cameras, reference, settings, outputs, quality, crop: part } = command;
   const read = inTurn(readingOf(manyInputPaths(command), line));
-  const known = cameras ? await read(cameras, (path) => loadCameras(path, photos)) : [];
+  const known = cameras ? await read(cameras, (path) => loadCameras(path, photos)) : undefined;
   // Without a reference the colours are those of the first photo, as it is chosen later.
   const [decoded, depths] = await withDecoder((by) => {
     const images = photos.map((path) => read(path, () => loadPhoto(path, by)));
@@ -35,12 +35,19 @@ export async function stitchManyFiles(
   const colours = await matchColours(photos, decoded, reference ?? 0);
   const images = colours.images.map((image, i) => {
     const map = depths[i];
-    return { ...image, ...known[i], ...(map && { depth: map }) };
+    return { ...image, ...known?.cameras[i], ...(map && { depth: map }) };
   });
   const sizes = images.map(({ width, height }) => ({ width, height }));
   const call = { onProgress: line.show, workers: command.workers };
+  const distortion = command.distortion ?? known?.distortion;
   // The photos are not needed any more here.
-  const result = await stitchMany(images, { ...settings, reference, ...call, transfer: true });
+  const result = await stitchMany(images, {
+    ...settings,
+    reference,
+    distortion,
+    ...call,
+    transfer: true,
+  });
   line.message("writing");
   const rect = part === "none" ? null : result.crop[part];
   const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
@@ -84,6 +91,7 @@ function report(
     })),
     pairs: result.pairs,
     geometry: result.geometry,
+    distortion: result.distortion,
     projection: result.projection,
     reference: files[result.reference],
     options,

@@ -66,9 +66,10 @@ export async function brokenLines(
   await evaluation.start(await compile());
   let [lines, broken] = [0, 0];
   photos.forEach((photo, i) => {
-    const { forward, inverseDepth } = reports[i] ?? {};
+    const { forward, inverseDepth, undistorted } = reports[i] ?? {};
     if (i === reference || !forward) return;
-    const found = evaluation.call((raw) => raw.brokenLines(photo, forward, inverseDepth));
+    const shown = undistorted ?? photo;
+    const found = evaluation.call((raw) => raw.brokenLines(shown, forward, inverseDepth));
     [lines, broken] = [lines + found.lines, broken + found.broken];
   });
   return lines < FEW_LINES ? null : broken / lines;

@@ -6,6 +6,7 @@
 
 mod anisotropy;
 mod calibrated;
+mod distortion;
 mod eigen;
 mod epipolar;
 mod estimate;
@@ -24,6 +25,7 @@ mod usable;
 
 pub use anisotropy::anisotropy;
 pub(crate) use anisotropy::{MOST_ANISOTROPY, singular_value_ratio};
+pub(crate) use distortion::{Distortion, Undistortion};
 pub(crate) use eigen::eigenpairs;
 pub(crate) use epipolar::two_view_geometry;
 pub use estimate::estimate;

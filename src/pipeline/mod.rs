@@ -225,7 +225,7 @@ fn warp_aligned(
         Some(projected) => {
             let [forward, reverse] = &projected.models;
             let screen = Some(projected.screen);
-            WarpJob { target, reference: projected.view(), forward, reverse, screen }
+            WarpJob { screen, ..WarpJob::new([target, projected.view()], forward, reverse) }
         }
     };
     warp_within(&job, &options, &|canvas| memory.check(canvas), observer)

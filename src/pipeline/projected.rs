@@ -112,13 +112,8 @@ fn shown(
     let itself = Model::homography(Matrix3::identity());
     let [forward, reverse] = picture.models([&itself; 2], [0; 2]);
     let nothing = Image::transparent(1, 1)?;
-    let job = WarpJob {
-        target: View { image: reference, depth: None },
-        reference: View { image: nothing.view(), depth: None },
-        forward: &forward,
-        reverse: &reverse,
-        screen: picture.screen_at([0; 2]),
-    };
+    let views = [reference, nothing.view()].map(|image| View { image, depth: None });
+    let job = WarpJob { screen: picture.screen_at([0; 2]), ..WarpJob::new(views, &forward, &reverse) };
     let options = WarpOptions { depth: false, ..options.warp.clone() };
     let warped = warp_within(&job, &options, &|canvas| memory.check(canvas), observer)?;
     let (left, top) = warped.offset;

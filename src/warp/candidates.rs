@@ -9,8 +9,9 @@ use super::sample::{Tap, Taps};
 use super::scene::Scene;
 use super::screen::Rays;
 use super::{RELIABLE, WarpMode};
-use crate::geometry::Model;
+use crate::geometry::{Model, Undistortion};
 use crate::lanes::LANES;
+use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth};
 
 /// A batch of candidates, in the order their pixels were found and laid out as they are computed: four by four.
@@ -26,7 +27,7 @@ struct Four {
     at: i32x4,
     /// Indices of the pixels of the reference, −1 where it does not reach.
     index: i32x4,
-    /// Where they are in the target: the index is −1 for a void.
+    /// Where they are in the target: the index is −1 for a void, the nearest pixel −1 beyond the photo's end.
     taps: Taps,
     /// Not 0 where the cell is longer than the limit.
     stretched: i32x4,
@@ -80,6 +81,12 @@ impl Candidate<'_> {
         self.four.taps.index.as_array_ref()[self.lane] < 0
     }
 
+    /// Whether the photo does not reach there.
+    #[inline(always)]
+    pub fn beyond(&self) -> bool {
+        self.four.taps.nearest.as_array_ref()[self.lane] < 0
+    }
+
     /// Whether it is where it should be by β, the square of which is divided by `strictness`.
     #[inline(always)]
     pub fn near(&self, strictness: f32) -> bool {
@@ -116,6 +123,7 @@ pub(super) struct Locator<'a> {
     mask: Option<ImageView<'a>>,
     reference_depth: Option<&'a [f32]>,
     target: (usize, usize),
+    lens: Option<Lens>,
     /// Width and height of a cell in target pixels.
     step: [f32x4; 2],
     reverse: Projection,
@@ -137,6 +145,7 @@ impl<'a> Locator<'a> {
             mask: Some(scene.reference).filter(ImageView::is_masked),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
+            lens: scene.taken.map(|taken| Lens::new(&taken.lens)),
             step: step.map(|step| f32x4::splat(step as f32)),
             reverse: Projection::new(scene.reverse),
             rays: scene.screen.map(|screen| screen.rays([0.0; 2], scene.reference.size())),
@@ -195,6 +204,9 @@ impl<'a> Locator<'a> {
                 }
             }
             let mut taps = Taps::new(s, self.target);
+            if let Some(lens) = &self.lens {
+                lens.distort(s, &mut taps);
+            }
             taps.index |= !kept;
             out.fours[k] = Four { at: y * stride + x + shift, index: index | !inside, taps, stretched, distance, one };
         }
@@ -216,6 +228,44 @@ fn along(rays: &Rays, x: i32x4, y: i32x4) -> [f32x4; 3] {
     let (x, y) = (x.to_array(), y.to_array());
     let four = [0, 1, 2, 3].map(|lane| rays.at(x[lane] as usize, y[lane] as usize));
     [0, 1, 2].map(|k| f32x4::new(four.map(|ray| ray[k])))
+}
+
+/// The distortion of a lens in single precision, for four points at once.
+struct Lens {
+    /// −4k over the squared diagonal.
+    bent: f32,
+    /// The middle of the target's frame, and of the photo.
+    middle: [[f32; 2]; 2],
+    photo: (usize, usize),
+}
+
+impl Lens {
+    fn new(lens: &Undistortion) -> Self {
+        let middle = |(w, h): (usize, usize)| [w, h].map(|side| 0.5 * (side as f32 - 1.0));
+        let unit = diagonal(lens.photo);
+        let bent = (-4.0 * lens.distortion.0 / (unit * unit)) as f32;
+        Self { bent, middle: [middle(lens.frame), middle(lens.photo)], photo: lens.photo }
+    }
+
+    /// Where places of the target are in the photo, as [`Undistortion::distort`]; the nearest pixels stay those of the target.
+    #[inline(always)]
+    fn distort(&self, place: [f32x4; 2], taps: &mut Taps) {
+        let [from, to] = self.middle;
+        let off = [place[0] - f32x4::splat(from[0]), place[1] - f32x4::splat(from[1])];
+        let square = off[0] * off[0] + off[1] * off[1];
+        let root = (f32x4::ONE + square * self.bent).fast_max(f32x4::ZERO).sqrt();
+        let factor = f32x4::splat(2.0) / (f32x4::ONE + root);
+        let (mut within, mut places) = (!i32x4::ZERO, place);
+        for (k, side) in [self.photo.0, self.photo.1].into_iter().enumerate() {
+            let (p, last) = (off[k] * factor + f32x4::splat(to[k]), f32x4::splat(side as f32 - 1.0));
+            let half = f32x4::splat(0.5);
+            within &= bytemuck::cast::<_, i32x4>(p.cmp_gt(-half) & p.cmp_lt(last + half));
+            places[k] = p.fast_max(f32x4::ZERO).fast_min(last);
+        }
+        let nearest = taps.nearest;
+        *taps = Taps::new(places, self.photo);
+        taps.nearest = nearest | !within;
+    }
 }
 
 /// A model in single precision, for four points at once.

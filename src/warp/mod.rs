@@ -25,12 +25,13 @@ mod selection;
 mod stretch;
 
 use crate::depth::holes::{self, Holes};
-use crate::geometry::{Model, check_views};
+use crate::geometry::{Model, Undistortion, check_views};
 use crate::observer::{Observer, report};
 use crate::transparency::{Extended, outside};
-use crate::{Error, Image, InverseDepth, Mask, Result, Stage, View};
+use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 
 pub(crate) use grid::MOST_KEPT;
+pub(crate) use sample::bilinear;
 pub use screen::Projection;
 pub(crate) use screen::{Screen, project};
 
@@ -166,11 +167,21 @@ pub(crate) struct WarpJob<'a> {
     /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
     /// back from them.
     pub screen: Option<Screen>,
+    /// The photo as it was taken, where the target is that without the distortion of its lens: then colours are read from it, and it ends
+    /// where it ends.
+    pub taken: Option<Taken<'a>>,
+}
+
+/// A photo, and where its pixels would be without distortion.
+#[derive(Clone, Copy)]
+pub(crate) struct Taken<'a> {
+    pub photo: ImageView<'a>,
+    pub lens: Undistortion,
 }
 
 impl<'a> WarpJob<'a> {
     pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
-        Self { target, reference, forward, reverse, screen: None }
+        Self { target, reference, forward, reverse, screen: None, taken: None }
     }
 }
 
@@ -181,7 +192,7 @@ pub(crate) fn warp_within(
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let &WarpJob { target, reference, forward, reverse, screen } = job;
+    let &WarpJob { target, reference, forward, reverse, screen, taken } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
@@ -209,6 +220,7 @@ pub(crate) fn warp_within(
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = scene::Scene {
             target: target.image,
+            taken,
             target_depth: target_depth.as_deref(),
             outside: outside.as_ref(),
             reference: reference.image,

@@ -95,6 +95,12 @@ fn channels(pixels: &[[u8; 4]; 2]) -> u16x8 {
     u16x8::from_u8x16_low(u8x16::new(bytes))
 }
 
+/// The colour at a place inside an image of at least two pixels a side, opaque.
+pub(crate) fn bilinear(image: &ImageView<'_>, place: [f64; 2]) -> [u8; 4] {
+    let taps = Taps::new(place.map(|p| f32x4::splat(p as f32)), image.size());
+    taps.get(0).colour(image).to_le_bytes()
+}
+
 /// The alpha of a colour.
 pub(super) const OPAQUE: u32 = 0xff00_0000;
 

@@ -48,7 +48,8 @@ impl<'a> Painter<'a> {
     #[inline(always)]
     pub fn offer(&mut self, candidates: &Candidates) {
         // What the loop reads lies in locals: nothing that it writes could change it.
-        let Scene { target, outside, reference, options, .. } = *self.scene;
+        let Scene { target, taken, outside, reference, options, .. } = *self.scene;
+        let photo = taken.map_or(target, |taken| taken.photo);
         let soft = options.mode == WarpMode::Soft;
         let select = soft || options.mode == WarpMode::Optimal;
         let (target_depth, always) = (needed_depth(self.scene).map(InverseDepth::data), options.depth || soft);
@@ -59,6 +60,9 @@ impl<'a> Painter<'a> {
         let confidences = &mut self.confidence[..];
         for candidate in candidates.iter() {
             let at = candidate.at();
+            if candidate.beyond() {
+                continue;
+            }
             if let Some(outside) = outside {
                 let nearest = candidate.tap().nearest;
                 if !target.is_there(target.pixels()[nearest]) {
@@ -74,7 +78,7 @@ impl<'a> Painter<'a> {
                 continue;
             }
             let tap = candidate.tap();
-            let colour = tap.colour(&target);
+            let colour = tap.colour(&photo);
             // The reference's pixel, in the overlap.
             let like = reference.pixels().get(candidate.index()).map(|&pixel| u32::from_le_bytes(pixel));
             let mut confidence = 255;

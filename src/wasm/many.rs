@@ -31,7 +31,7 @@ pub fn stitch_many(
 #[wasm_bindgen(js_name = affordableMany)]
 pub fn affordable_many(photos: &SizeList, options: &PartialOptions) -> std::result::Result<f64, JsValue> {
     observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| {
-        let options = ManyOptions { stages: options::from_js(options)?, reference: None };
+        let options = ManyOptions { stages: options::from_js(options)?, ..ManyOptions::default() };
         Ok(many::check_sizes(sizes(photos)?.into_iter(), &options)?.times())
     })
 }
@@ -46,7 +46,10 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
     observer.progress(Stage::Input, 0.0);
     let reference = Some(get(given, "reference")).filter(inputs::is_given);
     let reference = reference.map(|index| whole(&index, 0.0, "reference", "the index of a photo")).transpose()?;
-    let mut options = ManyOptions { stages: options::from_js(stages)?, reference };
+    let distortion = Some(get(given, "distortion")).filter(inputs::is_given);
+    let distortion =
+        distortion.map(|known| known.as_f64().ok_or_else(|| invalid("distortion", "a number", &known))).transpose()?;
+    let mut options = ManyOptions { stages: options::from_js(stages)?, reference, distortion };
     options.stages.output_depth = get(given, "outputDepth").is_truthy();
     let owned = Photos::read(photos, &options)?;
     let input_time = observer.now() - start;
@@ -118,6 +121,7 @@ fn result(done: &StitchedMany, input_time: f64) -> JsValue {
         MultiViewKind::Homographies => "homographies",
     };
     put(&result, "geometry", geometry.into());
+    put(&result, "distortion", done.distortion.into());
     put(&result, "projection", results::projection(done.projection));
     put(&result, "photos", done.photos.iter().map(photo).collect::<Array>().into());
     let pairs = done.pairs.iter().map(|pair| {
@@ -155,6 +159,9 @@ fn photo(report: &PhotoReport) -> JsValue {
         put(&object, "reverse", results::model(&map.reverse));
         if let Some(depth) = &map.depth {
             put(&object, "inverseDepth", results::depth(depth));
+        }
+        if let Some(image) = &map.undistorted {
+            put(&object, "undistorted", results::image(image));
         }
     }
     object

@@ -459,6 +459,11 @@ export interface PhotoInput extends ImageInput {
 export interface ManyInputs {
   /** Index of the photo in whose view all are shown; by default the one in the middle. */
   readonly reference?: number | null | undefined;
+  /**
+   * The radial distortion of the lens, as results say it, from −1 to 1; 0 for none. By default it is estimated, but for photos with
+   * a `camera`, where it is 0.
+   */
+  readonly distortion?: number | null | undefined;
   /** Whether the result should contain the maps of the photos, and the inverse depth that was used. Default false. */
   readonly outputDepth?: boolean | undefined;
 }
@@ -502,6 +507,11 @@ export interface PhotoReport {
   reverse?: Model;
   /** With `outputDepth`, if it is used: its inverse depth, in the unit of `forward`; absent without parallax. */
   inverseDepth?: DepthOutput;
+  /**
+   * With `outputDepth`, if it is used and the lens distorts: the photo without that, at the same scale and with the same middle.
+   * `forward`, `reverse` and `inverseDepth` are then of its pixels, and of the reference's without distortion.
+   */
+  undistorted?: ImageOutput;
 }
 
 /** Two photos that were compared. */
@@ -527,8 +537,13 @@ export interface StitchManyResult {
   offset: { x: number; y: number };
   /** Index of the photo in whose view all are shown. */
   reference: number;
-  /** What the photos are shown on. On a plane the reference stays as it is. */
+  /** What the photos are shown on. On a plane the reference stays as it is, but for `distortion`. */
   projection: "plane" | "cylinder" | "sphere";
+  /**
+   * Radial distortion of the lens, of all photos; 0 if none was found. What is at distance r from the middle, in diagonals of the
+   * photo, would be at r/(1 + k r²) without it: below 0 it is a barrel, above a pincushion. Photos are shown without it.
+   */
+  distortion: number;
   /** What explains the photos: cameras in different places, cameras that turned in one place, or homographies of a flat scene. */
   geometry: "cameras" | "rotations" | "homographies";
   /** One per photo, in the order given. */

@@ -1,4 +1,4 @@
-//! The pinhole camera.
+//! The pinhole camera, with a lens that may distort.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,13 +16,15 @@ pub struct Pose {
     pub focal: f64,
 }
 
-/// A pinhole camera: x ~ K R (X − C).
+/// A pinhole camera: x ~ K R (X − C), where nothing distorts.
 #[derive(Debug, Clone, Copy)]
 pub struct Camera {
     pub k: Matrix3<f64>,
     /// World to camera.
     pub r: Matrix3<f64>,
     pub centre: Vector3<f64>,
+    /// k of the division model, for radii in diagonals of the picture.
+    pub distortion: f64,
 }
 
 impl Camera {
@@ -37,7 +39,7 @@ impl Camera {
         let pitch = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, s, 0.0, -s, c);
         let (s, c) = (libm::sin(pose.roll), libm::cos(pose.roll));
         let roll = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
-        Self { k, r: roll * pitch * yaw, centre: pose.centre }
+        Self { k, r: roll * pitch * yaw, centre: pose.centre, distortion: 0.0 }
     }
 
     /// Inverse of K.
@@ -48,12 +50,34 @@ impl Camera {
 
     /// World direction of the ray through (x, y), its component along the optical axis 1: the ray's parameter is depth.
     pub fn direction(&self, x: f64, y: f64) -> Vector3<f64> {
+        let [x, y] = self.undistorted([x, y]);
         self.r.transpose() * (self.k_inverse() * Vector3::new(x, y, 1.0))
     }
 
     /// Pixel and depth of a point of the world, or `None` behind the camera.
     pub fn project(&self, point: Vector3<f64>) -> Option<([f64; 2], f64)> {
         let p = self.k * (self.r * (point - self.centre));
-        (p.z > 0.0).then(|| ([p.x / p.z, p.y / p.z], p.z))
+        (p.z > 0.0).then(|| (self.distorted([p.x / p.z, p.y / p.z]), p.z))
+    }
+
+    /// Where a pixel would be without distortion.
+    pub fn undistorted(&self, pixel: [f64; 2]) -> [f64; 2] {
+        self.scaled(pixel, |square| 1.0 / (1.0 + self.distortion * square))
+    }
+
+    fn distorted(&self, pixel: [f64; 2]) -> [f64; 2] {
+        self.scaled(pixel, |square| 2.0 / (1.0 + (1.0 - 4.0 * self.distortion * square).sqrt()))
+    }
+
+    /// Moves a pixel from or to the middle, by a factor that its squared distance has.
+    fn scaled(&self, pixel: [f64; 2], factor: impl Fn(f64) -> f64) -> [f64; 2] {
+        if self.distortion == 0.0 {
+            return pixel;
+        }
+        let middle = [self.k[(0, 2)], self.k[(1, 2)]];
+        let [dx, dy] = [0, 1].map(|i| pixel[i] - middle[i]);
+        let [width, height] = middle.map(|m| 2.0 * m + 1.0);
+        let factor = factor((dx * dx + dy * dy) / (width * width + height * height));
+        [middle[0] + dx * factor, middle[1] + dy * factor]
     }
 }

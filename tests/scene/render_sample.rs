@@ -39,7 +39,7 @@ fn write_many(dir: &Path, views: &Views) -> Result<(), Box<dyn Error>> {
         write_view(dir, &format!("{i:02}"), view)?;
         photos.push(format!("{i:02}.jpg"));
         depths.push(format!("{i:02}_depth.png"));
-        let Camera { k, r, centre } = view.camera;
+        let Camera { k, r, centre, .. } = view.camera;
         let numbers = |m: &[f64]| m.to_vec();
         cameras.push(serde_json::json!({
             "K": numbers(k.transpose().as_slice()),

@@ -2,12 +2,12 @@
 
 use depthstitch::ImageView;
 use depthstitch::InverseDepth;
-use depthstitch::geometry::Camera;
+use depthstitch::geometry;
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::many::{ManyAlignment, Photo};
 use nalgebra::Vector3;
 
-use super::camera::Pose;
+use super::camera::{Camera, Pose};
 use super::gallery::gallery;
 use super::measure::{distance, median};
 use super::render::View;
@@ -24,16 +24,25 @@ pub fn photos(views: &Views) -> Vec<Photo<'_>> {
 
 /// Cameras in front of the gallery, each at (x, z) in metres and turned by an angle to the right.
 pub fn gallery_from(places: &[[f64; 3]]) -> Views {
+    gallery_through(places, 0.0)
+}
+
+/// As [`gallery_from`], by a lens that distorts.
+pub fn gallery_through(places: &[[f64; 3]], distortion: f64) -> Views {
     let scene = gallery();
     let first = scene.target;
     let pose = |&[x, z, yaw]: &[f64; 3]| Pose { centre: first.centre + Vector3::new(x, 0.0, z), yaw, ..first };
-    scene.views(&places.iter().map(pose).collect::<Vec<_>>(), SIZE.0, SIZE.1)
+    let view = |place| {
+        let camera = Camera { distortion, ..Camera::new(&pose(place), SIZE.0, SIZE.1) };
+        scene.view(camera, SIZE.0, SIZE.1, true)
+    };
+    Views(places.iter().map(view).collect())
 }
 
 /// The camera that a view was rendered with.
-pub fn camera(view: &View) -> Camera {
+pub fn camera(view: &View) -> geometry::Camera {
     let (rotation, centre) = (view.camera.r, view.camera.centre);
-    Camera { rotation, translation: -(rotation * centre) }
+    geometry::Camera { rotation, translation: -(rotation * centre) }
 }
 
 /// Photos of which the camera is known, and depth as `of` makes it of the true one.

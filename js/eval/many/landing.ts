@@ -16,11 +16,13 @@ interface Map {
  * @param depths the true depth of each photo.
  */
 export function landingErrors(
-  { photos, reference }: Pick<StitchManyResult, "photos" | "reference">,
+  { photos, reference, distortion }: Pick<StitchManyResult, "photos" | "reference" | "distortion">,
   cameras: readonly TrueCamera[],
   depths: readonly DepthInput[],
 ): TruthError {
-  const points = photos.flatMap(({ forward, inverseDepth: found }, photo) => {
+  const middle = middleOf(photos[reference]?.undistorted ?? depths[reference]);
+  const shown = middleOf(depths[reference]);
+  const points = photos.flatMap(({ forward, inverseDepth: found, undistorted }, photo) => {
     const [own, exact] = [cameras[photo], depths[photo]];
     if (photo === reference || !forward || !own || !exact) return [];
     const maps = cameras.map((camera) => trueMap(own, camera));
@@ -28,6 +30,9 @@ export function landingErrors(
     const within = ([u, v, w]: Point): boolean =>
       w > 0 && u >= 0 && v >= 0 && u < size.width && v < size.height;
     const truth = inverseDepth(exact);
+    const frame = undistorted ?? size;
+    const place = (x: number, y: number): readonly [number, number] =>
+      undistorted ? withoutDistortion(distortion, size, undistorted, [x, y]) : [x, y];
     const landed = [];
     for (let y = 0; y < size.height; y += STEP) {
       for (let x = 0; x < size.width; x += STEP) {
@@ -37,9 +42,12 @@ export function landingErrors(
         const seen = maps.map((map) => project(map, x, y, t));
         const [a, b, w] = seen[reference] ?? [NaN, NaN, NaN];
         if (!(w > 0 && Math.abs(a) < FAR && Math.abs(b) < FAR)) continue;
-        const [u, v] = project(forward, x, y, found?.data[i] ?? 0);
-        const shared = seen.some((place, other) => other !== photo && within(place));
-        landed.push({ error: Math.hypot(u - a, v - b), shared });
+        const [p, q] = place(x, y);
+        const at = Math.round(q) * frame.width + Math.round(p);
+        const [u, v] = project(forward, p, q, found?.data[at] ?? 0);
+        const error = Math.hypot(u - middle[0] + shown[0] - a, v - middle[1] + shown[1] - b);
+        const shared = seen.some((spot, other) => other !== photo && within(spot));
+        landed.push({ error, shared });
       }
     }
     return landed;
@@ -48,6 +56,27 @@ export function landingErrors(
     inside: summary(points.filter(({ shared }) => shared)),
     outside: summary(points.filter(({ shared }) => !shared)),
   };
+}
+
+interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
+function middleOf(size: Size | undefined): readonly [number, number] {
+  return size ? [(size.width - 1) / 2, (size.height - 1) / 2] : [NaN, NaN];
+}
+
+/** Where a pixel of a photo is in the frame of the photo without distortion. */
+function withoutDistortion(
+  k: number,
+  size: Size,
+  frame: Size,
+  [x, y]: readonly [number, number],
+): readonly [number, number] {
+  const [[cx, cy], [left, top]] = [middleOf(size), middleOf(frame)];
+  const square = ((x - cx) ** 2 + (y - cy) ** 2) / (size.width ** 2 + size.height ** 2);
+  return [left + (x - cx) / (1 + k * square), top + (y - cy) / (1 + k * square)];
 }
 
 /** From one true camera's pixels to another's, by the inverse depth in the first. */

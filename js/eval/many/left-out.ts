@@ -48,13 +48,16 @@ export async function compareLeftOut(
   const options = { ...settings, ...MEASURED };
   const all = await stitchMany(photos, { ...options, outputDepth: true, fill: "none" });
   const out = photos.length > 2 ? dispensable(all) : undefined;
-  const [left, own, base] = [photos[out ?? -1], all.photos[out ?? -1], photos[all.reference]];
+  const own = all.photos[out ?? -1];
+  const left = own?.undistorted ?? photos[out ?? -1];
+  const base = all.photos[all.reference]?.undistorted ?? photos[all.reference];
   if (out === undefined || !left || !own?.forward || !own.reverse || !base) return undefined;
   const others = await stitchMany(
     photos.filter((_, photo) => photo !== out),
     {
       ...options,
       reference: all.reference - (out < all.reference ? 1 : 0),
+      outputDepth: true,
       fill: "none",
     },
   );
@@ -65,7 +68,11 @@ export async function compareLeftOut(
     referenceDepth: inverseDepth && all.photos[all.reference]?.inverseDepth,
   };
   const wanted = await warp(left, base, geometry, { ...depths, worker: false });
-  return compareShown(wanted, others);
+  // The lens may be found to be another one: the middles are the same.
+  const frame = others.photos[others.reference]?.undistorted ?? photos[all.reference] ?? base;
+  const [x, y] = [(base.width - frame.width) / 2, (base.height - frame.height) / 2];
+  const there = { x: others.offset.x - x, y: others.offset.y - y };
+  return compareShown(wanted, { mosaic: others.mosaic, offset: there });
 }
 
 /** Compares where both show something: in the rectangle around the warped photo. */

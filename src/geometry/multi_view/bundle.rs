@@ -1,4 +1,4 @@
-//! Bundle adjustment: poses, one focal length, and one inverse depth per landmark, by Levenberg–Marquardt on robust
+//! Bundle adjustment: poses, one focal length, one coefficient of distortion, and one inverse depth per landmark, by Levenberg–Marquardt on robust
 //! reprojection errors. The landmarks are eliminated (Schur complement); what is left has six unknowns a photo and is solved
 //! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
@@ -7,22 +7,32 @@ use nalgebra::{DVector, Matrix3, Vector3};
 use super::least_squares::{Equations, cauchy};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
+use crate::geometry::Distortion;
 use crate::geometry::calibrated::small_rotation;
 use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 
 /// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as one standard deviation: only
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
+/// The standard deviation of the coefficient of distortion, about 0.
+const DISTORTION: f64 = 0.15;
 /// Where least squares stop: when a step reduces the cost by less than this fraction.
 const TOLERANCE: f64 = 1e-6;
 
 /// What may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Freedom {
-    /// Cameras that turn in one place.
-    Rotations,
+pub(super) struct Freedom {
+    /// Translations and depth, besides rotations and the focal length.
+    pub positions: bool,
+    /// The lens' distortion.
+    pub distortion: bool,
+}
+
+impl Freedom {
+    /// Of cameras that turn in one place.
+    pub const ROTATIONS: Self = Self { positions: false, distortion: false };
     /// Rotations, translations, depth.
-    Poses,
+    pub const POSES: Self = Self { positions: true, distortion: false };
 }
 
 /// Adjusts the scene; the camera of `root` stays. `focal` is mean and standard deviation of the prior of ln(focal length).
@@ -53,17 +63,26 @@ impl LeastSquares for Reprojection {
         equations.common.cost += 0.5 * weight * off * off;
         equations.common.gradient[0] += weight * off;
         equations.common.add(0, 0, weight);
+        if self.unknowns.freedom.distortion {
+            let (Distortion(k), weight) = (scene.distortion, 1.0 / (DISTORTION * DISTORTION));
+            equations.common.cost += 0.5 * weight * k * k;
+            equations.common.gradient[1] += weight * k;
+            equations.common.add(1, 1, weight);
+        }
         equations
     }
 
     fn moved(&self, scene: &Scene, step: &Step) -> Scene {
         let mut moved = scene.clone();
         moved.focal *= libm::exp(step.common[0]);
+        if self.unknowns.freedom.distortion {
+            moved.distortion.0 += step.common[1];
+        }
         for (camera, offset) in moved.cameras.iter_mut().zip(&self.unknowns.offsets) {
             if let (Some(camera), Some(at)) = (camera, *offset) {
                 let three = |at: usize| step.common.fixed_rows::<3>(at).into_owned();
                 camera.rotation = small_rotation(three(at)) * camera.rotation;
-                if self.unknowns.per_photo == 6 {
+                if self.unknowns.freedom.positions {
                     camera.translation += three(at + 3);
                 }
             }
@@ -71,7 +90,7 @@ impl LeastSquares for Reprojection {
         for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
             landmark.depth += step;
         }
-        if self.unknowns.per_photo == 6 {
+        if self.unknowns.freedom.positions {
             // Only the prior of depth determines the scale, and steps are straight where that leads along a curve: it would take dozens
             // of them. The best scale is known.
             let depths = moved.landmarks.iter().map(|landmark| landmark.depth);
@@ -82,8 +101,9 @@ impl LeastSquares for Reprojection {
     }
 }
 
-/// Which unknown is where.
+/// Which unknown is where: first the focal length, then the distortion, then what each photo has.
 struct Unknowns {
+    freedom: Freedom,
     /// The first one of each photo; `None` where nothing may change.
     offsets: Vec<Option<usize>>,
     per_photo: usize,
@@ -92,8 +112,8 @@ struct Unknowns {
 
 impl Unknowns {
     fn of(scene: &Scene, root: usize, freedom: Freedom) -> Self {
-        let per_photo = if freedom == Freedom::Poses { 6 } else { 3 };
-        let mut count = 1;
+        let per_photo = if freedom.positions { 6 } else { 3 };
+        let mut count = if freedom.distortion { 2 } else { 1 };
         let place = |(photo, camera): (usize, &Option<Camera>)| {
             (camera.is_some() && photo != root).then(|| {
                 count += per_photo;
@@ -101,7 +121,7 @@ impl Unknowns {
             })
         };
         let offsets = scene.cameras.iter().enumerate().map(place).collect();
-        Self { offsets, per_photo, count }
+        Self { freedom, offsets, per_photo, count }
     }
 }
 
@@ -149,7 +169,7 @@ impl SceneEquations {
         let weight = 1.0 / (DEPTH_PRIOR * DEPTH_PRIOR);
         let off = landmark.depth - 1.0;
         self.common.cost += 0.5 * weight * off * off;
-        let count = 1 + unknowns.per_photo * (1 + landmark.seen.len());
+        let count = 2 + unknowns.per_photo * (1 + landmark.seen.len());
         let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::with_capacity(count) };
         for o in &landmark.seen {
             let row = Row::of(scene, unknowns, motions, landmark, o);
@@ -161,11 +181,11 @@ impl SceneEquations {
             let [x, y] = row.depth.map(|slope| weight * slope);
             depth.square += x * row.depth[0] + y * row.depth[1];
             depth.gradient += x * row.error[0] + y * row.error[1];
-            if unknowns.per_photo == 6 {
+            if unknowns.freedom.positions {
                 for (i, (at, slopes)) in slopes.iter().enumerate() {
                     let value = x * slopes[0] + y * slopes[1];
                     match depth.mixed.get_mut(i) {
-                        // The focal length and the anchor's pose are those of every observation.
+                        // The lens and the anchor's pose are those of every observation.
                         Some((_, sum)) if i < row.shared => *sum += value,
                         _ => depth.mixed.push((*at, value)),
                     }
@@ -217,7 +237,7 @@ impl Linearised for SceneEquations {
 struct Row {
     error: [f64; 2],
     /// Unknown, and the slopes of both coordinates, in the order of the unknowns, as the anchor is the first photo of a track.
-    slopes: [(usize, [f64; 2]); 13],
+    slopes: [(usize, [f64; 2]); 14],
     count: usize,
     /// How many of them are of unknowns that belong to all observations of the landmark.
     shared: usize,
@@ -238,10 +258,16 @@ impl Row {
         let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
         let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
         let depth = slopes.map(|slope| slope.dot(t));
-        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 13], count: 0, shared: 0, depth };
+        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 14], count: 0, shared: 0, depth };
         // A longer lens enlarges this photo, and straightens the rays of the other.
         let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
         row.put(0, [bent[0] + scale * p[0], bent[1] + scale * p[1]]);
+        if unknowns.freedom.distortion {
+            let [of_ray, of_place] = [&landmark.anchor, o].map(|o| scene.distortion.slope(o.place));
+            let (f, unit) = (scene.focal(photos[0]), scene.diagonals[o.photo]);
+            let moved = of_anchor.map(|slope| (slope[0] * of_ray[0] + slope[1] * of_ray[1]) / f);
+            row.put(1, [moved[0] - unit * of_place[0], moved[1] - unit * of_place[1]]);
+        }
         // ω × v = −[v]× ω; R_to Rᵀ_from exp(−ω) c moves by R [c]× ω.
         let c = ray - from?.translation * w;
         row.put_pose(unknowns, photos[0], of_anchor.map(|slope| slope.cross(&c)), of_anchor.map(|slope| slope * -w));
@@ -254,7 +280,7 @@ impl Row {
     fn put_pose(&mut self, unknowns: &Unknowns, photo: usize, turn: [Vector3<f64>; 2], shift: [Vector3<f64>; 2]) {
         let Some(at) = unknowns.offsets[photo] else { return };
         (0..3).for_each(|k| self.put(at + k, turn.map(|slopes| slopes[k])));
-        if unknowns.per_photo == 6 {
+        if unknowns.freedom.positions {
             (0..3).for_each(|k| self.put(at + 3 + k, shift.map(|slopes| slopes[k])));
         }
     }
@@ -283,6 +309,7 @@ mod tests {
     /// Three cameras, and landmarks that they see some pixels from where they are.
     fn scene() -> Scene {
         let mut scene = Scene::new(&[Lens { size: (800, 600), focal: None }; 3], vec![1.0, 1.1, 0.9], 0.9);
+        scene.distortion = Distortion(-0.2);
         for (i, camera) in scene.cameras.iter_mut().enumerate() {
             let i = i as f64;
             let rotation = small_rotation(Vector3::new(0.02 * i, -0.05 * i, 0.03));
@@ -304,12 +331,13 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_the_cost_and_steps_leave_the_best_scale() {
-        for freedom in [Freedom::Rotations, Freedom::Poses] {
+        for (positions, distortion) in [(false, false), (true, false), (false, true), (true, true)] {
+            let freedom = Freedom { positions, distortion };
             let start = scene();
             let problem = Reprojection { unknowns: Unknowns::of(&start, 0, freedom), focal: [-0.35, 0.35] };
             let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; 9] };
             let start = problem.moved(&start, &none());
-            if freedom == Freedom::Poses {
+            if positions {
                 let off: f64 = start.landmarks.iter().map(|l| l.depth * (l.depth - 1.0)).sum();
                 assert!(off.abs() < 1e-9, "{off}");
             }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::bundle::Freedom;
-use super::growth::{LANDMARKS, finish, grow};
+use super::growth::{AS_MANY, LANDMARKS, finish, grow, with_distortion};
 use super::homographies::Chain;
 use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
@@ -12,7 +12,8 @@ use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
 use super::tracks::{Observation, Track, thinned, tracks};
 use super::{Lens, PairLink};
-use crate::geometry::{DepthSample, Model};
+use crate::geometry::{DepthSample, Distortion, Model, Undistortion};
+use crate::rect::diagonal;
 use crate::statistics::median;
 
 /// A pair whose rotation contradicts those of the others by more than this is a wrong one, in radians.
@@ -73,8 +74,9 @@ pub struct Sight {
     pub depth: f64,
 }
 
-/// Finds the geometry of photos that `links` connect with `root`, which always has a place.
-pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView {
+/// Finds the geometry of photos that `links` connect with `root`, which always has a place; and the lens' distortion,
+/// if it `may_distort`.
+pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort: bool) -> MultiView {
     let focal = calibrate(lenses, links);
     let focals = |link: &PairLink| link.photos.map(|photo| focal.value * focal.shares[photo]);
     let poses: Vec<Option<RelativePose>> = links.iter().map(|link| relative_pose(link, lenses, focals(link))).collect();
@@ -95,9 +97,13 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize) -> MultiView
         *camera = rotation.map(Camera::turned);
     }
     // For a comparison, and where it is chosen it has few unknowns.
-    finish(&mut turned, &thinned(&tracks, lenses.len(), LANDMARKS), root, Freedom::Rotations, focal.prior);
+    finish(&mut turned, &thinned(&tracks, lenses.len(), LANDMARKS), root, Freedom::ROTATIONS, focal.prior);
     turned.triangulate(&tracks, TOLERANCE);
-    let grown = grow(lenses, &focal, &tracks, &poses, &rotations);
+    let mut grown = grow(lenses, &focal, &tracks, &poses, &rotations);
+    if may_distort {
+        turned = with_distortion(turned, &tracks, root, Freedom::ROTATIONS, focal.prior);
+        grown = grown.map(|scene| with_distortion(scene, &tracks, root, Freedom::POSES, focal.prior));
+    }
     let chain = Chain::of(lenses, links, &turned.diagonals, root);
     let (kind, solved) = choose(lenses, links, &tracks, grown, turned, chain);
     MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior: focal.prior, solved }
@@ -116,8 +122,12 @@ fn choose(
         explained_by_scene(&turned, tracks),
         explained_by_chain(&chain, lenses, links),
     ];
+    // To different places and depth the distortion of a lens in one place looks like parallax.
+    let distorted = turned.distortion != Distortion::default() && explained[1] >= AS_MANY * explained[0];
     match grown {
-        Some(scene) if explained[0] > explained[2] => (MultiViewKind::Cameras, Solved::Scene(Box::new(scene))),
+        Some(scene) if explained[0] > explained[2] && !distorted => {
+            (MultiViewKind::Cameras, Solved::Scene(Box::new(scene)))
+        }
         _ if explained[1] >= 0.9 * explained[2] => (MultiViewKind::Rotations, Solved::Scene(Box::new(turned))),
         _ => {
             let turned = (explained[1] >= ROUGHLY * explained[2]).then(|| Box::new(turned));
@@ -172,6 +182,24 @@ impl MultiView {
         self.given
     }
 
+    /// The distortion of the photos' lens; `None` where there is none to speak of.
+    pub fn distortion(&self) -> Option<Distortion> {
+        let Solved::Scene(scene) = &self.solved else { return None };
+        Some(scene.distortion).filter(|distortion| distortion.0 != 0.0)
+    }
+
+    /// Goes on with the photos without distortion: their frames, and the matches between these.
+    pub fn undistort(&mut self, frames: &[Undistortion], links: &[PairLink]) {
+        let Solved::Scene(scene) = &mut self.solved else { return };
+        for ((lens, frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
+            *share *= diagonal(lens.size) / diagonal(frame.frame);
+            lens.size = frame.frame;
+        }
+        scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
+        scene.distortion = Distortion::default();
+        scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
+    }
+
     /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
     pub fn refine(&mut self, links: &[PairLink]) {
         let tracks = tracks(&self.lenses, links);
@@ -224,7 +252,7 @@ impl MultiView {
             if self.given {
                 scene.triangulate(tracks, TOLERANCE);
             } else {
-                finish(scene, tracks, first, Freedom::Poses, self.prior);
+                finish(scene, tracks, first, Freedom::POSES, self.prior);
             }
         }
     }

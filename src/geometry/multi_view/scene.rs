@@ -4,13 +4,13 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
 use super::tracks::{Observation, Track};
-use crate::geometry::Model;
+use crate::geometry::{Distortion, Model};
 use crate::rect::diagonal;
 use crate::statistics::{RAYLEIGH_MEDIAN, median};
 
 /// Features are not localised better, nor kept if they are worse, in pixels.
 const LEAST_NOISE: f64 = 0.1;
-const MOST_NOISE: f64 = 1.0;
+pub(super) const MOST_NOISE: f64 = 1.0;
 
 /// A camera in the scene: X_cam = R X + t.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,8 @@ pub(super) struct Scene {
     pub cameras: Vec<Option<Camera>>,
     /// The focal length in diagonals, where each photo's is the product of this and its share.
     pub focal: f64,
+    /// That of every photo.
+    pub distortion: Distortion,
     /// The focal lengths' ratios: 1 if nothing is known of any.
     pub shares: Vec<f64>,
     /// Pixels per diagonal.
@@ -64,7 +66,7 @@ pub(super) struct Scene {
 pub(super) struct Appearance {
     /// In camera coordinates, but for the scale.
     pub point: Vector3<f64>,
-    /// Its error in pixels.
+    /// Its error in pixels, without distortion.
     pub error: [f64; 2],
 }
 
@@ -73,6 +75,7 @@ impl Scene {
         Self {
             cameras: vec![None; lenses.len()],
             focal,
+            distortion: Distortion::default(),
             shares,
             diagonals: lenses.iter().map(|lens| diagonal(lens.size)).collect(),
             landmarks: Vec::new(),
@@ -87,8 +90,8 @@ impl Scene {
 
     /// The ray (x, y, 1) of a place.
     pub fn ray(&self, o: &Observation) -> Vector3<f64> {
-        let f = self.focal(o.photo);
-        Vector3::new(o.place[0] / f, o.place[1] / f, 1.0)
+        let (f, [x, y]) = (self.focal(o.photo), self.distortion.undistorted(o.place));
+        Vector3::new(x / f, y / f, 1.0)
     }
 
     /// Where a camera sees a landmark; `None` behind it.
@@ -103,8 +106,8 @@ impl Scene {
         if point[2].is_nan() || point[2] <= 1e-9 {
             return None;
         }
-        let (f, unit) = (self.focal(o.photo), self.diagonals[o.photo]);
-        let error = [0, 1].map(|k| unit * (f * point[k] / point[2] - o.place[k]));
+        let (f, unit, place) = (self.focal(o.photo), self.diagonals[o.photo], self.distortion.undistorted(o.place));
+        let error = [0, 1].map(|k| unit * (f * point[k] / point[2] - place[k]));
         Some(Appearance { point, error })
     }
 
@@ -137,9 +140,9 @@ impl Scene {
         let (mut square, mut product) = (0.0, 0.0);
         for o in &landmark.seen {
             let (rotation, t) = from.motion_to(self.cameras[o.photo].as_ref()?);
-            let (far, f) = (rotation * ray, self.focal(o.photo));
+            let (far, seen) = (rotation * ray, self.ray(o));
             for k in 0..2 {
-                let x = o.place[k] / f;
+                let x = seen[k];
                 let slope = t[k] - x * t[2];
                 square += slope * slope;
                 product += slope * (x * far[2] - far[k]);
@@ -151,11 +154,16 @@ impl Scene {
 
     /// Estimates the noise by the errors as they are.
     pub fn estimate_noise(&mut self) {
+        if let Some(noise) = self.residual_noise() {
+            self.noise = noise.clamp(LEAST_NOISE, MOST_NOISE);
+        }
+    }
+
+    /// The noise by the errors as they are; `None` without landmarks.
+    pub fn residual_noise(&self) -> Option<f64> {
         let errors =
             self.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(|o| self.distance(landmark, o)));
-        if let Some(error) = median(errors.collect()) {
-            self.noise = (error / RAYLEIGH_MEDIAN).clamp(LEAST_NOISE, MOST_NOISE);
-        }
+        median(errors.collect()).map(|error| error / RAYLEIGH_MEDIAN)
     }
 
     /// Scales the scene so that the median inverse depth is 1.

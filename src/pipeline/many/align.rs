@@ -8,10 +8,11 @@ use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::picture::ManyPicture;
 use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
+use super::undistorted::UndistortedPhotos;
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::features::Features;
-use crate::geometry::{Camera, Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
+use crate::geometry::{Camera, Distortion, Lens, Model, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::image::check_size;
 use crate::observer::{Observer, Subject, report};
 use crate::pipeline::timer::StageTimer;
@@ -20,6 +21,8 @@ use crate::{Error, ImageView, InverseDepth, Result, Stage, View};
 
 /// Fewest and most photos.
 const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
+/// How far lenses may distort.
+const MOST_DISTORTION: std::ops::RangeInclusive<f64> = -1.0..=1.0;
 
 /// Where the photos belong: what rendering needs besides them.
 #[derive(Debug, Clone)]
@@ -35,34 +38,37 @@ pub struct ManyAlignment {
     pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
+    /// The photos that all of this is of, where they are not those given.
+    pub(super) undistorted: Option<UndistortedPhotos>,
 }
 
 /// Finds the place of each photo, and its inverse depth.
 ///
 /// # Errors
-/// `invalid-argument` for fewer than two or more than thirty photos, a reference that is none of them, or a focal length that
-/// is no positive number; `too-large` when the predicted peak exceeds
+/// `invalid-argument` for fewer than two or more than thirty photos, a reference that is none of them, a distortion beyond −1 to 1, or a
+/// focal length that is no positive number; `too-large` when the predicted peak exceeds
 /// [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes), before anything is allocated; `no-consensus` when no two
 /// photos match, or the reference matches none; those of [`detect`](crate::features::detect),
 /// [`match_features`](crate::features::match_features), [`estimate`](crate::geometry::estimate) and
 /// [`refine`](crate::depth::refine).
 pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<ManyAlignment> {
-    check(photos, options)?;
+    let mut budget = check(photos, options)?;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
-    align_timed(&visible.photos(photos), None, options, observer, &mut timer)
+    align_timed(&visible.photos(photos), None, options, &mut budget, observer, &mut timer)
 }
 
 pub(super) fn align_timed(
-    photos: &[Photo<'_>],
+    given: &[Photo<'_>],
     known: Option<Vec<Features>>,
     options: &ManyOptions,
+    budget: &mut Budget<'_>,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<ManyAlignment> {
     let stages = &options.stages;
-    let images: Vec<ImageView<'_>> = photos.iter().map(|photo| photo.image).collect();
-    let features = match known {
+    let images: Vec<ImageView<'_>> = given.iter().map(|photo| photo.image).collect();
+    let mut features = match known {
         Some(known) => known.into_iter().map(matched).collect(),
         None => {
             let found = features(&images, stages, observer)?;
@@ -70,11 +76,17 @@ pub(super) fn align_timed(
             found
         }
     };
+    let mut undistorted = None;
+    if let Some(known) = options.distortion.filter(|known| *known != 0.0) {
+        let known = UndistortedPhotos::of(given, Distortion(known), budget)?;
+        known.move_features(&mut features);
+        undistorted = Some(known);
+    }
     let mut graph = pair_graph(&features, stages, observer)?;
     timer.end(Stage::Match, observer);
     observer.subject(Subject::All);
     report(observer, Stage::Estimate, 0.0)?;
-    let cameras: Option<Vec<Camera>> = photos.iter().map(|photo| photo.camera).collect();
+    let cameras: Option<Vec<Camera>> = given.iter().map(|photo| photo.camera).collect();
     let group = match &cameras {
         Some(_) => (0..images.len()).collect(),
         None => largest_group(images.len(), options.reference, &graph.links),
@@ -84,17 +96,26 @@ pub(super) fn align_timed(
     }
     let mut codes = codes(images.len(), &group, &graph.links);
     let lens = |photo: &Photo<'_>| Lens { size: photo.image.size(), focal: photo.focal.or(stages.estimate.focal) };
-    let lenses: Vec<Lens> = photos.iter().map(lens).collect();
+    let lenses: Vec<Lens> = UndistortedPhotos::shown(&undistorted, given).iter().map(lens).collect();
     let mut inside: Vec<PairLink> =
         graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let root = options.reference.unwrap_or(group[0]);
     let mut geometry = match &cameras {
         Some(cameras) => MultiView::given(&lenses, cameras, &inside),
-        None => multi_view(&lenses, &inside, root),
+        None => multi_view(&lenses, &inside, root, options.distortion.is_none()),
     };
     for link in geometry.contradicting.iter().filter_map(|&i| inside.get(i)) {
         graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
     }
+    if let Some(distortion) = geometry.distortion() {
+        let found = UndistortedPhotos::of(given, distortion, budget)?;
+        found.move_features(&mut features);
+        found.move_matches(&mut inside);
+        geometry.undistort(&found.frames(), &inside);
+        undistorted = Some(found);
+    }
+    let photos = UndistortedPhotos::shown(&undistorted, given);
+    let images: Vec<ImageView<'_>> = photos.iter().map(|photo| photo.image).collect();
     if stages.features.guided && geometry.kind == MultiViewKind::Cameras {
         let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
         let links: Vec<PairLink> = inside.into_iter().enumerate().filter_map(consistent).collect();
@@ -107,7 +128,7 @@ pub(super) fn align_timed(
     group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
     timer.end(Stage::Estimate, observer);
 
-    let sizes: Vec<(usize, usize)> = lenses.iter().map(|lens| lens.size).collect();
+    let sizes: Vec<(usize, usize)> = images.iter().map(ImageView::size).collect();
     let plane = stages.projection == Some(Projection::Plane);
     let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry, plane));
     let picture = ManyPicture::choose(stages.projection, reference, &placed, &sizes, &geometry);
@@ -135,7 +156,7 @@ pub(super) fn align_timed(
     };
     let picture = around.unwrap_or(picture);
     let order = view::outward(reference, &used, &inside);
-    Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, picture, geometry, depths })
+    Ok(ManyAlignment { reference, order, codes, pairs: graph.pairs, picture, geometry, depths, undistorted })
 }
 
 impl ManyAlignment {
@@ -166,7 +187,12 @@ impl ManyAlignment {
         let itself = Model::homography(Matrix3::identity());
         let towards = |pair: [usize; 2]| if pair[0] == pair[1] { Some(itself) } else { self.geometry.model(pair) };
         let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(towards);
-        Some(PhotoMap { forward: forward?, reverse: reverse?, depth: self.depths[photo].take().map(|depth| depth.map) })
+        Some(PhotoMap {
+            forward: forward?,
+            reverse: reverse?,
+            depth: self.depths[photo].take().map(|depth| depth.map),
+            undistorted: None,
+        })
     }
 
     /// Whether a depth map was given of a photo in the picture that contradicts what photos show.
@@ -248,6 +274,9 @@ pub(crate) fn check_sizes(
             value: reference as f64,
         }
         .into());
+    }
+    if let Some(value) = options.distortion.filter(|known| !MOST_DISTORTION.contains(known)) {
+        return Err(Error::InvalidArgument { name: "distortion", expected: "from -1 to 1", value }.into());
     }
     let budget = Budget::of(sizes, &options.stages);
     budget.check((0, 0))?;

@@ -13,9 +13,14 @@ const GEOMETRY: u64 = 600_000;
 /// Per pixel of the canvas, besides what two photos take: the composition with its labels, footprint and depth.
 const CANVAS: u64 = 4 + 1 + 1 + 4;
 
+fn pixels((width, height): (usize, usize)) -> u64 {
+    (width as u64).saturating_mul(height as u64)
+}
+
 /// What will be taken, and what may be.
 pub(crate) struct Budget<'a> {
     memory: Memory<'a>,
+    options: &'a Options,
     largest: (usize, usize),
     held: u64,
     limit: u64,
@@ -24,7 +29,6 @@ pub(crate) struct Budget<'a> {
 impl<'a> Budget<'a> {
     /// Of photos of these sizes (width, height).
     pub fn of(sizes: impl Iterator<Item = (usize, usize)>, options: &'a Options) -> Self {
-        let pixels = |(w, h): (usize, usize)| (w as u64).saturating_mul(h as u64);
         let (mut first, mut second, mut held) = ((0, 0), (0, 0), 0u64);
         for size in sizes {
             held = held.saturating_add(pixels(size).saturating_mul(PHOTO)).saturating_add(FEATURES + GEOMETRY);
@@ -35,7 +39,7 @@ impl<'a> Budget<'a> {
             }
         }
         let job = Job { photos: [first, second], depth: [false; 2], matches: false, masked: [false; 2] };
-        Self { memory: Memory::of(job, options), largest: first, held, limit: options.warp.max_bytes }
+        Self { memory: Memory::of(job, options), options, largest: first, held, limit: options.warp.max_bytes }
     }
 
     /// Of what is held of a photo that is not there everywhere: a copy, and distances.
@@ -48,9 +52,23 @@ impl<'a> Budget<'a> {
         self.add(size, 4);
     }
 
-    fn add(&mut self, (width, height): (usize, usize), bytes_per_pixel: u64) {
-        let pixels = (width as u64).saturating_mul(height as u64);
-        self.held = self.held.saturating_add(pixels.saturating_mul(bytes_per_pixel));
+    /// Photos in frames of these sizes, most of which they do not fill, take the place of those given, which stay.
+    ///
+    /// # Errors
+    /// `too-large`.
+    pub fn undistort(&mut self, frames: &[(usize, usize)]) -> Result<()> {
+        let held = self.held;
+        *self = Self::of(frames.iter().copied(), self.options);
+        self.held = held;
+        frames.iter().for_each(|&frame| {
+            self.add_masked(frame);
+            self.add_depth(frame);
+        });
+        self.check((0, 0))
+    }
+
+    fn add(&mut self, size: (usize, usize), bytes_per_pixel: u64) {
+        self.held = self.held.saturating_add(pixels(size).saturating_mul(bytes_per_pixel));
     }
 
     /// How many times over all of it may be taken, before the canvas is known.
@@ -61,8 +79,7 @@ impl<'a> Budget<'a> {
 
     /// What is predicted with this canvas.
     fn bytes(&self, canvas: (usize, usize)) -> u64 {
-        let pixels = (canvas.0 as u64).saturating_mul(canvas.1 as u64);
-        let own = self.held.saturating_add(pixels.saturating_mul(CANVAS));
+        let own = self.held.saturating_add(pixels(canvas).saturating_mul(CANVAS));
         self.memory.peak(canvas).1.saturating_add(own)
     }
 

@@ -18,6 +18,7 @@ mod picture;
 mod plane_parts;
 mod planes;
 mod result;
+mod undistorted;
 mod view;
 mod views;
 mod visible;
@@ -36,11 +37,12 @@ use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, crop, f
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::report::Warning;
-use crate::warp::{WarpJob, WarpOptions, Warped, warp_within};
+use crate::warp::{Taken, WarpJob, WarpOptions, Warped, warp_within};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
 use exposure::joint_gains;
 use memory::Budget;
+use undistorted::UndistortedPhotos;
 use visible::VisiblePhotos;
 
 /// Bounds that nothing lies beyond.
@@ -53,6 +55,9 @@ pub struct ManyOptions {
     pub stages: Options,
     /// Index of the photo in whose view all are shown; `None` for the one in the middle.
     pub reference: Option<usize>,
+    /// The [distortion](StitchedMany::distortion) of the lens, from −1 to 1. With `None` it is estimated, but with cameras that are given it
+    /// is 0.
+    pub distortion: Option<f64>,
 }
 
 /// Stitches photos of one scene, taken from wherever, in any order.
@@ -77,15 +82,18 @@ pub fn stitch_many_known(
     options: &ManyOptions,
     observer: &mut dyn Observer,
 ) -> Result<StitchedMany> {
-    let budget = align::check(photos, options)?;
+    let mut budget = align::check(photos, options)?;
     if let Some(features) = &features {
         check_features(features, photos)?;
     }
     let stages = &options.stages;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
-    let photos = &visible.photos(photos)[..];
-    let mut alignment = align_timed(photos, features, options, observer, &mut timer)?;
+    let given = &visible.photos(photos)[..];
+    let mut alignment = align_timed(given, features, options, &mut budget, observer, &mut timer)?;
+    let mut undistorted = alignment.undistorted.take();
+    let photos = &UndistortedPhotos::shown(&undistorted, given)[..];
+    let taken: Option<Vec<Taken<'_>>> = undistorted.as_ref().map(|undistorted| undistorted.taken(given));
     let (reference, order) = (alignment.reference, alignment.order.clone());
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let gains = match stages.blend.exposure {
@@ -93,7 +101,14 @@ pub fn stitch_many_known(
         _ => joint_gains(photos, &alignment)?,
     };
     let label = |photo: usize| ((photo + 1) as u8, gains[photo]);
-    let mut painting = Painting { alignment: &alignment, photos, options: stages, budget: &budget, composition: None };
+    let mut painting = Painting {
+        alignment: &alignment,
+        photos,
+        taken: taken.as_deref(),
+        options: stages,
+        budget: &budget,
+        composition: None,
+    };
     let mut clipped = false;
     let count = order.len() as f32;
     for (i, &photo) in order.iter().enumerate() {
@@ -125,6 +140,9 @@ pub fn stitch_many_known(
     if stages.output_depth {
         for (photo, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.code == PhotoCode::Used) {
             report.map = alignment.take_map(photo);
+            if let (Some(map), Some(undistorted)) = (&mut report.map, &mut undistorted) {
+                map.undistorted = Some(undistorted.take_image(photo)?);
+            }
         }
     }
     Ok(StitchedMany {
@@ -134,6 +152,7 @@ pub fn stitch_many_known(
         offset,
         reference,
         projection: alignment.picture.projection(),
+        distortion: undistorted.map_or(0.0, |undistorted| undistorted.distortion.0),
         geometry: alignment.geometry.kind,
         photos: reports,
         pairs: alignment.pairs,
@@ -156,6 +175,8 @@ fn check_features(features: &[Features], photos: &[Photo<'_>]) -> Result<()> {
 struct Painting<'a> {
     alignment: &'a ManyAlignment,
     photos: &'a [Photo<'a>],
+    /// The same with the distortion of their lens, unless there is none.
+    taken: Option<&'a [Taken<'a>]>,
     options: &'a Options,
     budget: &'a Budget<'a>,
     /// Nothing at first.
@@ -166,11 +187,15 @@ impl Painting<'_> {
     /// Renders a photo next to what is there already, and says where the origin of its canvas is in the view; `None` when nothing of
     /// it lands there, or it needs no rendering.
     fn render(&self, photo: usize, observer: &mut dyn Observer) -> Result<Option<(Warped, [i64; 2])>> {
-        let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, .. } = *self;
+        let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, taken, .. } = *self;
         let sizes: Vec<_> = photos.iter().map(|photo| photo.image.size()).collect();
         let (base, depth, at) = match &self.composition {
-            None if picture.is_plane() => return Ok(None),
-            None => (Image::transparent(1, 1)?, InverseDepth::constant(0.0, 1, 1)?, [0; 2]),
+            None if picture.is_plane() && taken.is_none() => return Ok(None),
+            None => {
+                // On a plane canvases are as large as the reference allows.
+                let (width, height) = if picture.is_plane() { sizes[photo] } else { (1, 1) };
+                (Image::transparent(width, height)?, InverseDepth::constant(0.0, width, height)?, [0; 2])
+            }
             // All of it, where it is not clear how much is needed.
             Some(there) => there.part(picture.bounds(photo, &sizes, geometry).unwrap_or(EVERYTHING))?,
         };
@@ -189,6 +214,7 @@ impl Painting<'_> {
             forward: &forward,
             reverse: &reverse,
             screen: picture.screen_at(at),
+            taken: taken.and_then(|taken| taken.get(photo).copied()),
         };
         match warp_within(&job, &options, &|canvas| self.budget.check(canvas), observer) {
             Err(error) if matches!(*error, Error::NoOverlap { .. }) => Ok(None),

@@ -84,7 +84,8 @@ pub struct PhotoReport {
     pub map: Option<PhotoMap>,
 }
 
-/// Where the pixels of a photo belong in the reference's own pixels, whatever the picture is shown on.
+/// Where the pixels of a photo belong in the reference's own pixels, whatever the picture is shown on. Where the lens distorts, they are
+/// those of both photos without that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoMap {
     /// From the photo to the reference.
@@ -93,6 +94,8 @@ pub struct PhotoMap {
     pub reverse: Model,
     /// The photo's inverse depth, in the unit of the models; `None` without parallax.
     pub depth: Option<InverseDepth>,
+    /// The photo without the distortion of its lens, at the same scale and with the same middle; `None` without distortion.
+    pub undistorted: Option<Image>,
 }
 
 /// The result of [`stitch_many`](super::stitch_many).
@@ -110,6 +113,9 @@ pub struct StitchedMany {
     pub reference: usize,
     /// What they are shown on.
     pub projection: Projection,
+    /// The radial distortion of all photos, 0 where none was found: what is at distance r from the middle, in diagonals of the photo, would be
+    /// at r/(1 + k r²) without it (division model; Fitzgibbon, 2001).
+    pub distortion: f64,
     /// Which geometry explains the photos.
     pub geometry: MultiViewKind,
     /// One per photo, in the order given.

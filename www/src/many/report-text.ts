@@ -85,11 +85,21 @@ export function manyParagraphs(outcome: ManyOutcome): string[] {
   const share = percent(voids / (mosaic.width * mosaic.height));
   return [
     geometryText[result.geometry].sentence,
+    ...distortionText(result.distortion),
     `The mosaic has ${mosaic.width} × ${mosaic.height} pixels; the reference, ${photos[result.reference]?.file.name ?? ""}, starts at ${offset.x}, ${offset.y}. ` +
       (voids > 0
         ? `${count(voids, "pixel", "pixels")} (${share}) inside the outline of the photos ${voids === 1 ? "is" : "are"} visible in none of them.`
         : "There are no gaps inside the outline of the photos."),
     `Total time: ${seconds(elapsed)}, in a worker of this page.`,
+  ];
+}
+
+/** What the lens does to straight lines, if anything. */
+function distortionText(distortion: number): string[] {
+  if (distortion === 0) return [];
+  const [bent, shape] = distortion < 0 ? ["outwards", "barrel"] : ["inwards", "pincushion"];
+  return [
+    `The lens bends straight lines ${bent} (${shape} distortion, k = ${distortion.toFixed(3)}); the photos are shown without that.`,
   ];
 }
 
@@ -103,7 +113,8 @@ export function manyReportJson(
   { result, photos, settings, elapsed }: ManyOutcome,
   version: string,
 ): string {
-  const { mosaic, voids, offset, reference, geometry, pairs, crop, warnings, times } = result;
+  const { mosaic, voids, offset, reference, geometry, distortion } = result;
+  const { pairs, crop, warnings, times } = result;
   const value = {
     version,
     photos: result.photos.map(({ camera, ...report }, index) => {
@@ -120,6 +131,7 @@ export function manyReportJson(
     }),
     pairs,
     geometry,
+    distortion,
     reference: photos[reference]?.file.name ?? null,
     fillMethod: settings.fillMethod,
     options: settings.options,

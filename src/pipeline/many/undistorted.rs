@@ -1,0 +1,119 @@
+//! Photos without the distortion of their lens, which all that follows is made of.
+
+use super::memory::Budget;
+use super::result::Photo;
+use crate::features::Features;
+use crate::geometry::{Distortion, PairLink, Undistortion};
+use crate::transparency::Extended;
+use crate::warp::{Taken, bilinear};
+use crate::{Image, ImageView, InverseDepth, Result, View};
+
+/// Every photo in a frame that holds all of it.
+#[derive(Debug, Clone)]
+pub(super) struct UndistortedPhotos {
+    pub distortion: Distortion,
+    photos: Vec<UndistortedPhoto>,
+}
+
+#[derive(Debug, Clone)]
+struct UndistortedPhoto {
+    lens: Undistortion,
+    /// What it does not fill of its frame is not there.
+    photo: Extended,
+}
+
+impl UndistortedPhotos {
+    /// # Errors
+    /// `too-large` where the `budget` does not suffice, `out-of-memory`.
+    pub fn of(photos: &[Photo<'_>], distortion: Distortion, budget: &mut Budget<'_>) -> Result<Self> {
+        let lenses = photos.iter().map(|photo| Undistortion::of(photo.image.size(), distortion));
+        budget.undistort(&lenses.clone().map(|lens| lens.frame).collect::<Vec<_>>())?;
+        let one = |(photo, lens): (&Photo<'_>, Undistortion)| {
+            let depth = photo.depth.map(|depth| undistorted_depth(depth, &lens)).transpose()?;
+            Ok(UndistortedPhoto { lens, photo: Extended::new(undistorted_image(photo.image, &lens)?, depth)? })
+        };
+        Ok(Self { distortion, photos: photos.iter().zip(lenses).map(one).collect::<Result<_>>()? })
+    }
+
+    /// The photos without distortion, or those `given` where there is none.
+    pub fn shown<'a>(undistorted: &'a Option<Self>, given: &[Photo<'a>]) -> Vec<Photo<'a>> {
+        let Some(undistorted) = undistorted else { return given.to_vec() };
+        let one = |(own, photo): (&'a UndistortedPhoto, &Photo<'a>)| {
+            let View { image, depth } = own.photo.as_view();
+            Photo { image, depth, ..*photo }
+        };
+        undistorted.photos.iter().zip(given).map(one).collect()
+    }
+
+    /// The frame of each photo.
+    pub fn frames(&self) -> Vec<Undistortion> {
+        self.photos.iter().map(|photo| photo.lens).collect()
+    }
+
+    /// Those `given`, as they were taken.
+    pub fn taken<'a>(&self, given: &[Photo<'a>]) -> Vec<Taken<'a>> {
+        self.photos.iter().zip(given).map(|(own, photo)| Taken { photo: photo.image, lens: own.lens }).collect()
+    }
+
+    /// Takes a photo in its frame away, with all that it shows.
+    ///
+    /// # Errors
+    /// `out-of-memory`.
+    pub fn take_image(&mut self, photo: usize) -> Result<Image> {
+        let nothing = Extended::new(Image::transparent(1, 1)?, None)?;
+        Ok(std::mem::replace(&mut self.photos[photo].photo, nothing).into_image())
+    }
+
+    /// Moves features to where they are in the frames.
+    pub fn move_features(&self, features: &mut [Features]) {
+        for (UndistortedPhoto { lens, .. }, features) in self.photos.iter().zip(features) {
+            features.size = lens.frame;
+            for keypoint in &mut features.keypoints {
+                [keypoint.x, keypoint.y] = lens.undistort([keypoint.x, keypoint.y].map(f64::from)).map(|p| p as f32);
+            }
+        }
+    }
+
+    /// Moves matches to where they are in the frames.
+    pub fn move_matches(&self, links: &mut [PairLink]) {
+        for link in links {
+            let [a, b] = link.photos.map(|photo| &self.photos[photo].lens);
+            for m in &mut link.matches {
+                (m.target, m.reference) = (a.undistort(m.target), b.undistort(m.reference));
+            }
+        }
+    }
+}
+
+/// Depth, and colours for comparison, go on so far beyond a photo's border, in pixels: rendering cuts it off where it ends.
+const MARGIN: f64 = 2.0;
+
+/// Where a pixel of the frame is in the photo; `None` outside of it.
+fn place(lens: &Undistortion, x: usize, y: usize) -> Option<[f64; 2]> {
+    let [x, y] = lens.distort([x as f64, y as f64]);
+    let last = |side: usize| side as f64 - 1.0;
+    let (right, bottom) = (last(lens.photo.0), last(lens.photo.1));
+    let within = x > -MARGIN && y > -MARGIN && x < right + MARGIN && y < bottom + MARGIN;
+    within.then(|| [x.max(0.0).min(right), y.max(0.0).min(bottom)])
+}
+
+/// The photo in its frame.
+fn undistorted_image(photo: ImageView<'_>, lens: &Undistortion) -> Result<Image> {
+    let (width, height) = lens.frame;
+    let mut image = Image::transparent(width, height)?;
+    for (i, out) in image.pixels_mut().iter_mut().enumerate() {
+        let Some(place) = place(lens, i % width, i / width) else { continue };
+        let [x, y] = place.map(|p| (p + 0.5) as usize);
+        if photo.is_there(photo.pixel(x, y)) {
+            *out = bilinear(&photo, place);
+        }
+    }
+    Ok(image)
+}
+
+/// Depth in the frame; not known outside of the photo.
+fn undistorted_depth(depth: &InverseDepth, lens: &Undistortion) -> Result<InverseDepth> {
+    let (width, height) = lens.frame;
+    let at = |i: usize, _| place(lens, i % width, i / width).map_or(f32::NAN, |[x, y]| depth.sample(x, y) as f32);
+    InverseDepth::constant(0.0, width, height)?.map_indexed(at)
+}
