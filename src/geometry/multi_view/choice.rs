@@ -3,8 +3,9 @@
 use nalgebra::Matrix3;
 
 use super::bundle::Freedom;
-use super::growth::{AS_MANY, LANDMARKS, finish, grow, with_distortion};
+use super::growth::{LANDMARKS, finish, grow};
 use super::homographies::Chain;
+use super::lens::{AS_MANY, with_distortion};
 use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};

@@ -7,10 +7,9 @@ use super::Lens;
 use super::bundle::{Freedom, adjust};
 use super::placing::{Sighting, TOLERANCE, place};
 use super::relative_pose::RelativePose;
-use super::scene::{Camera, Landmark, MOST_NOISE, Scene};
+use super::scene::{Camera, Landmark, Scene};
 use super::self_calibration::Focal;
 use super::tracks::{Track, thinned};
-use crate::geometry::Distortion;
 use crate::sampler::Sampler;
 use crate::statistics::median;
 
@@ -20,16 +19,10 @@ const FEWEST: usize = 8;
 const LOOSE: f64 = 12.0;
 /// Iterations of bundle adjustment as photos are added, and at the end.
 const SOME: usize = 8;
-const MANY: usize = 60;
+pub(super) const MANY: usize = 60;
 /// All cameras are adjusted when there are so many times more of them than last time: for few photos after each, for many so rarely that
 /// the work of it all is in proportion to their number.
 const GROWTH: f64 = 1.14;
-/// Lenses distort if that brings the noise down to this share of what it is otherwise, while no fewer places are explained than this
-/// share of the others. On the real sets whose lenses do it is .87 and less, on others and variants of them .91 and more.
-const CLEARLY: f64 = 0.89;
-pub(super) const AS_MANY: f64 = 0.98;
-/// No lens of a camera that projects onto a plane distorts by more.
-const MOST_DISTORTION: f64 = 1.0;
 /// Landmarks a photo that take part before the last adjustment: more say little that these do not.
 pub(super) const LANDMARKS: usize = 500;
 
@@ -102,37 +95,6 @@ pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: 
     if freedom.positions {
         scene.normalise();
     }
-}
-
-/// The finished scene with the distortion that explains it, if that does so clearly better than none.
-pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
-    let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
-    let adjusted = |scene: &Scene, freedom: Freedom| {
-        let mut scene = scene.clone();
-        for (tolerance, tracks) in [(3.0 * TOLERANCE, &few[..]), (TOLERANCE, &few), (TOLERANCE, tracks)] {
-            scene.triangulate(tracks, tolerance);
-            if freedom.positions {
-                scene.normalise();
-            }
-            adjust(&mut scene, root, freedom, prior, MANY);
-            scene.estimate_noise();
-        }
-        scene.triangulate(tracks, TOLERANCE);
-        scene
-    };
-    let distorted = adjusted(&scene, Freedom { distortion: true, ..freedom });
-    let noise = |scene: &Scene| scene.residual_noise().unwrap_or(f64::INFINITY);
-    let explained = |scene: &Scene| scene.landmarks.iter().map(|landmark| landmark.seen.len()).sum::<usize>() as f64;
-    let better = |other: &Scene| {
-        noise(&distorted) < CLEARLY * noise(other) && explained(&distorted) > AS_MANY * explained(other)
-    };
-    let possible = distorted.distortion.0.abs() <= MOST_DISTORTION && noise(&distorted) < MOST_NOISE;
-    if !possible || !better(&scene) {
-        return scene;
-    }
-    // It may have led to a better place that is as good without it.
-    let straight = adjusted(&Scene { distortion: Distortion::default(), ..distorted.clone() }, freedom);
-    if better(&straight) { distorted } else { scene }
 }
 
 /// The pair to start from: of many matches that move by much.

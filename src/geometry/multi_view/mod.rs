@@ -1,7 +1,7 @@
 //! One geometry for many photos: cameras, rotations or homographies from the matches of pairs of photos.
 //!
 //! Focal length from the pairs ([`self_calibration`]), relative poses ([`relative_pose`]), rotation averaging ([`rotations`]),
-//! positions one photo after another ([`growth`]), and bundle adjustment of all ([`bundle`]). Where chained homographies
+//! positions one photo after another ([`growth`]), bundle adjustment of all ([`bundle`]), and the distortion of the lens ([`lens`]). Where chained homographies
 //! explain everything as well as that ([`homographies`]), they are the geometry: a scene that is flat or far says nothing of
 //! cameras.
 //!
@@ -14,6 +14,7 @@ mod choice;
 mod growth;
 mod homographies;
 mod least_squares;
+mod lens;
 mod placing;
 mod relative_pose;
 mod rotations;

@@ -1,0 +1,46 @@
+//! The radial distortion of the lens, where the matches show one.
+
+use super::bundle::{Freedom, adjust};
+use super::growth::{LANDMARKS, MANY};
+use super::placing::TOLERANCE;
+use super::scene::{MOST_NOISE, Scene};
+use super::tracks::{Track, thinned};
+use crate::geometry::Distortion;
+
+/// Lenses distort if that brings the noise down to this share of what it is otherwise, while no fewer places are explained than this
+/// share of the others. On the real sets whose lenses do it is .87 and less, on others and variants of them .91 and more.
+const CLEARLY: f64 = 0.89;
+pub(super) const AS_MANY: f64 = 0.98;
+/// No lens of a camera that projects onto a plane distorts by more.
+const MOST_DISTORTION: f64 = 1.0;
+
+/// The finished scene with the distortion that explains it, if that does so clearly better than none.
+pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
+    let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
+    let adjusted = |scene: &Scene, freedom: Freedom| {
+        let mut scene = scene.clone();
+        for (tolerance, tracks) in [(3.0 * TOLERANCE, &few[..]), (TOLERANCE, &few), (TOLERANCE, tracks)] {
+            scene.triangulate(tracks, tolerance);
+            if freedom.positions {
+                scene.normalise();
+            }
+            adjust(&mut scene, root, freedom, prior, MANY);
+            scene.estimate_noise();
+        }
+        scene.triangulate(tracks, TOLERANCE);
+        scene
+    };
+    let distorted = adjusted(&scene, Freedom { distortion: true, ..freedom });
+    let noise = |scene: &Scene| scene.residual_noise().unwrap_or(f64::INFINITY);
+    let explained = |scene: &Scene| scene.landmarks.iter().map(|landmark| landmark.seen.len()).sum::<usize>() as f64;
+    let better = |other: &Scene| {
+        noise(&distorted) < CLEARLY * noise(other) && explained(&distorted) > AS_MANY * explained(other)
+    };
+    let possible = distorted.distortion.0.abs() <= MOST_DISTORTION && noise(&distorted) < MOST_NOISE;
+    if !possible || !better(&scene) {
+        return scene;
+    }
+    // It may have led to a better place that is as good without it.
+    let straight = adjusted(&Scene { distortion: Distortion::default(), ..distorted.clone() }, freedom);
+    if better(&straight) { distorted } else { scene }
+}
