@@ -9,6 +9,9 @@ use crate::rect::diagonal;
 pub(crate) struct Distortion(pub f64);
 
 impl Distortion {
+    /// The largest coefficient of either sign: no lens that projects onto a plane distorts by more.
+    pub const MOST: f64 = 1.0;
+
     /// Where a place, from the middle in diagonals, would be without it.
     pub fn undistorted(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let factor = 1.0 / (1.0 + self.0 * (x * x + y * y));

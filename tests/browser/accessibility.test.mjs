@@ -301,7 +301,7 @@ test("a phone held sideways shows photos and result beside each other", async ()
   await close();
 });
 
-test("loads in 268 KB, with what the page is for in two pictures", async () => {
+test("loads in 270 KB, with what the page is for in two pictures", async () => {
   const { page, close } = await site.open();
   const pictures = page.locator(".difference img");
   await page.waitForFunction(() => [...document.images].every(({ complete }) => complete));

@@ -13,7 +13,7 @@ use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
 use super::tracks::{Observation, Track, thinned, tracks};
 use super::{Lens, PairLink};
-use crate::geometry::{DepthSample, Distortion, Model, Undistortion};
+use crate::geometry::{DepthSample, Distortion, Model};
 use crate::rect::diagonal;
 use crate::statistics::median;
 
@@ -189,12 +189,12 @@ impl MultiView {
         Some(scene.distortion).filter(|distortion| distortion.0 != 0.0)
     }
 
-    /// Goes on with the photos without distortion: their frames, and the matches between these.
-    pub fn undistort(&mut self, frames: &[Undistortion], links: &[PairLink]) {
+    /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
+    pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
         let Solved::Scene(scene) = &mut self.solved else { return };
-        for ((lens, frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
-            *share *= diagonal(lens.size) / diagonal(frame.frame);
-            lens.size = frame.frame;
+        for ((lens, &frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
+            *share *= diagonal(lens.size) / diagonal(frame);
+            lens.size = frame;
         }
         scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
         scene.distortion = Distortion::default();

@@ -11,8 +11,6 @@ use crate::geometry::Distortion;
 /// share of the others. On the real sets whose lenses do it is .87 and less, on others and variants of them .91 and more.
 const CLEARLY: f64 = 0.89;
 pub(super) const AS_MANY: f64 = 0.98;
-/// No lens of a camera that projects onto a plane distorts by more.
-const MOST_DISTORTION: f64 = 1.0;
 
 /// The finished scene with the distortion that explains it, if that does so clearly better than none.
 pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
@@ -36,7 +34,7 @@ pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freed
     let better = |other: &Scene| {
         noise(&distorted) < CLEARLY * noise(other) && explained(&distorted) > AS_MANY * explained(other)
     };
-    let possible = distorted.distortion.0.abs() <= MOST_DISTORTION && noise(&distorted) < MOST_NOISE;
+    let possible = distorted.distortion.0.abs() <= Distortion::MOST && noise(&distorted) < MOST_NOISE;
     if !possible || !better(&scene) {
         return scene;
     }

@@ -17,12 +17,10 @@ use crate::image::check_size;
 use crate::observer::{Observer, Subject, report};
 use crate::pipeline::timer::StageTimer;
 use crate::warp::Projection;
-use crate::{Error, ImageView, InverseDepth, Result, Stage, View};
+use crate::{Error, Image, ImageView, InverseDepth, Result, Stage, View};
 
 /// Fewest and most photos.
 const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
-/// How far lenses may distort.
-const MOST_DISTORTION: std::ops::RangeInclusive<f64> = -1.0..=1.0;
 
 /// Where the photos belong: what rendering needs besides them.
 #[derive(Debug, Clone)]
@@ -183,7 +181,7 @@ impl ManyAlignment {
     }
 
     /// As [`ManyAlignment::map`], for the result.
-    pub(super) fn take_map(&mut self, photo: usize) -> Option<PhotoMap> {
+    pub(super) fn take_map(&mut self, photo: usize, undistorted: Option<Image>) -> Option<PhotoMap> {
         let itself = Model::homography(Matrix3::identity());
         let towards = |pair: [usize; 2]| if pair[0] == pair[1] { Some(itself) } else { self.geometry.model(pair) };
         let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(towards);
@@ -191,7 +189,7 @@ impl ManyAlignment {
             forward: forward?,
             reverse: reverse?,
             depth: self.depths[photo].take().map(|depth| depth.map),
-            undistorted: None,
+            undistorted,
         })
     }
 
@@ -275,7 +273,7 @@ pub(crate) fn check_sizes(
         }
         .into());
     }
-    if let Some(value) = options.distortion.filter(|known| !MOST_DISTORTION.contains(known)) {
+    if let Some(value) = options.distortion.filter(|known| known.is_nan() || known.abs() > Distortion::MOST) {
         return Err(Error::InvalidArgument { name: "distortion", expected: "from -1 to 1", value }.into());
     }
     let budget = Budget::of(sizes, &options.stages);

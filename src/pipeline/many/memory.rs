@@ -52,7 +52,7 @@ impl<'a> Budget<'a> {
         self.add(size, 4);
     }
 
-    /// Photos in frames of these sizes, most of which they do not fill, take the place of those given, which stay.
+    /// Copies of the photos, and their depth, in frames of these sizes are held beside those given, and are what is worked on.
     ///
     /// # Errors
     /// `too-large`.

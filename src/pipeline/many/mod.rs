@@ -91,7 +91,8 @@ pub fn stitch_many_known(
     let visible = VisiblePhotos::of(photos)?;
     let given = &visible.photos(photos)[..];
     let mut alignment = align_timed(given, features, options, &mut budget, observer, &mut timer)?;
-    let mut undistorted = alignment.undistorted.take();
+    let undistorted = alignment.undistorted.take();
+    let distortion = undistorted.as_ref().map_or(0.0, |undistorted| undistorted.distortion.0);
     let photos = &UndistortedPhotos::shown(&undistorted, given)[..];
     let taken: Option<Vec<Taken<'_>>> = undistorted.as_ref().map(|undistorted| undistorted.taken(given));
     let (reference, order) = (alignment.reference, alignment.order.clone());
@@ -138,10 +139,11 @@ pub fn stitch_many_known(
     timer.end(Stage::Fill, observer);
     let warnings = [(clipped, Warning::CanvasClipped), (alignment.ignores_depth(photos), Warning::DepthInconsistent)];
     if stages.output_depth {
-        for (photo, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.code == PhotoCode::Used) {
-            report.map = alignment.take_map(photo);
-            if let (Some(map), Some(undistorted)) = (&mut report.map, &mut undistorted) {
-                map.undistorted = Some(undistorted.take_image(photo)?);
+        let mut images = undistorted.into_iter().flat_map(UndistortedPhotos::into_images);
+        for (photo, report) in reports.iter_mut().enumerate() {
+            let image = images.next();
+            if report.code == PhotoCode::Used {
+                report.map = alignment.take_map(photo, image);
             }
         }
     }
@@ -152,7 +154,7 @@ pub fn stitch_many_known(
         offset,
         reference,
         projection: alignment.picture.projection(),
-        distortion: undistorted.map_or(0.0, |undistorted| undistorted.distortion.0),
+        distortion,
         geometry: alignment.geometry.kind,
         photos: reports,
         pairs: alignment.pairs,

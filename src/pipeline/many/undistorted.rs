@@ -4,6 +4,7 @@ use super::memory::Budget;
 use super::result::Photo;
 use crate::features::Features;
 use crate::geometry::{Distortion, PairLink, Undistortion};
+use crate::image::reserve;
 use crate::transparency::Extended;
 use crate::warp::{Taken, bilinear};
 use crate::{Image, ImageView, InverseDepth, Result, View};
@@ -45,9 +46,9 @@ impl UndistortedPhotos {
         undistorted.photos.iter().zip(given).map(one).collect()
     }
 
-    /// The frame of each photo.
-    pub fn frames(&self) -> Vec<Undistortion> {
-        self.photos.iter().map(|photo| photo.lens).collect()
+    /// Width and height of each frame.
+    pub fn frames(&self) -> Vec<(usize, usize)> {
+        self.photos.iter().map(|photo| photo.lens.frame).collect()
     }
 
     /// Those `given`, as they were taken.
@@ -55,13 +56,9 @@ impl UndistortedPhotos {
         self.photos.iter().zip(given).map(|(own, photo)| Taken { photo: photo.image, lens: own.lens }).collect()
     }
 
-    /// Takes a photo in its frame away, with all that it shows.
-    ///
-    /// # Errors
-    /// `out-of-memory`.
-    pub fn take_image(&mut self, photo: usize) -> Result<Image> {
-        let nothing = Extended::new(Image::transparent(1, 1)?, None)?;
-        Ok(std::mem::replace(&mut self.photos[photo].photo, nothing).into_image())
+    /// The photos in their frames.
+    pub fn into_images(self) -> impl Iterator<Item = Image> {
+        self.photos.into_iter().map(|own| own.photo.into_image())
     }
 
     /// Moves features to where they are in the frames.
@@ -114,6 +111,9 @@ fn undistorted_image(photo: ImageView<'_>, lens: &Undistortion) -> Result<Image>
 /// Depth in the frame; not known outside of the photo.
 fn undistorted_depth(depth: &InverseDepth, lens: &Undistortion) -> Result<InverseDepth> {
     let (width, height) = lens.frame;
-    let at = |i: usize, _| place(lens, i % width, i / width).map_or(f32::NAN, |[x, y]| depth.sample(x, y) as f32);
-    InverseDepth::constant(0.0, width, height)?.map_indexed(at)
+    let at = |i: usize| place(lens, i % width, i / width).map_or(f32::NAN, |[x, y]| depth.sample(x, y) as f32);
+    let mut values = Vec::new();
+    reserve(&mut values, width * height)?;
+    values.extend((0..width * height).map(at));
+    Ok(InverseDepth::from_values(values, width, height))
 }
