@@ -145,7 +145,7 @@ impl<'a> Locator<'a> {
             mask: Some(scene.reference).filter(ImageView::is_masked),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
-            lens: scene.taken.map(|taken| Lens::new(&taken.lens)),
+            lens: scene.distorted.map(|distorted| Lens::new(&distorted.lens)),
             step: step.map(|step| f32x4::splat(step as f32)),
             reverse: Projection::new(scene.reverse),
             rays: scene.screen.map(|screen| screen.rays([0.0; 2], scene.reference.size())),

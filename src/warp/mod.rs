@@ -167,21 +167,21 @@ pub(crate) struct WarpJob<'a> {
     /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
     /// back from them.
     pub screen: Option<Screen>,
-    /// The photo as it was taken, where the target is that without the distortion of its lens: then colours are read from it, and it ends
+    /// The photo with the distortion of its lens, where the target is that without: then colours are read from it, and it ends
     /// where it ends.
-    pub taken: Option<Taken<'a>>,
+    pub distorted: Option<Distorted<'a>>,
 }
 
-/// A photo, and where its pixels would be without distortion.
+/// A photo as the camera gave it, and where its pixels are without distortion.
 #[derive(Clone, Copy)]
-pub(crate) struct Taken<'a> {
+pub(crate) struct Distorted<'a> {
     pub photo: ImageView<'a>,
     pub lens: Undistortion,
 }
 
 impl<'a> WarpJob<'a> {
     pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
-        Self { target, reference, forward, reverse, screen: None, taken: None }
+        Self { target, reference, forward, reverse, screen: None, distorted: None }
     }
 }
 
@@ -192,7 +192,7 @@ pub(crate) fn warp_within(
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let &WarpJob { target, reference, forward, reverse, screen, taken } = job;
+    let &WarpJob { target, reference, forward, reverse, screen, distorted } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
@@ -220,7 +220,7 @@ pub(crate) fn warp_within(
         let reference_depth = holes::resolve(reference.depth.filter(|_| reverse.has_parallax()), options.holes)?;
         let scene = scene::Scene {
             target: target.image,
-            taken,
+            distorted,
             target_depth: target_depth.as_deref(),
             outside: outside.as_ref(),
             reference: reference.image,

@@ -1,13 +1,13 @@
 //! What is rendered, and what it is compared with.
 
-use super::{Screen, Taken, WarpOptions};
+use super::{Distorted, Screen, WarpOptions};
 use crate::geometry::Model;
 use crate::{ImageView, InverseDepth, Mask};
 
 /// Everything the choice between candidates looks at. Depth maps are there where the models have parallax.
 pub(super) struct Scene<'a> {
     pub target: ImageView<'a>,
-    pub taken: Option<Taken<'a>>,
+    pub distorted: Option<Distorted<'a>>,
     /// Where the target ends within its frame; `None` where all of it is there.
     pub outside: Option<&'a Mask>,
     pub target_depth: Option<&'a InverseDepth>,

@@ -48,8 +48,8 @@ impl<'a> Painter<'a> {
     #[inline(always)]
     pub fn offer(&mut self, candidates: &Candidates) {
         // What the loop reads lies in locals: nothing that it writes could change it.
-        let Scene { target, taken, outside, reference, options, .. } = *self.scene;
-        let photo = taken.map_or(target, |taken| taken.photo);
+        let Scene { target, distorted, outside, reference, options, .. } = *self.scene;
+        let photo = distorted.map_or(target, |distorted| distorted.photo);
         let soft = options.mode == WarpMode::Soft;
         let select = soft || options.mode == WarpMode::Optimal;
         let (target_depth, always) = (needed_depth(self.scene).map(InverseDepth::data), options.depth || soft);

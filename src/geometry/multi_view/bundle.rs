@@ -15,7 +15,7 @@ use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
 /// The standard deviation of the coefficient of distortion, about 0.
-const DISTORTION: f64 = 0.15;
+const DISTORTION_PRIOR: f64 = 0.15;
 /// Where least squares stop: when a step reduces the cost by less than this fraction.
 const TOLERANCE: f64 = 1e-6;
 
@@ -64,7 +64,7 @@ impl LeastSquares for Reprojection {
         equations.common.gradient[0] += weight * off;
         equations.common.add(0, 0, weight);
         if self.unknowns.freedom.distortion {
-            let (Distortion(k), weight) = (scene.distortion, 1.0 / (DISTORTION * DISTORTION));
+            let (Distortion(k), weight) = (scene.distortion, 1.0 / (DISTORTION_PRIOR * DISTORTION_PRIOR));
             equations.common.cost += 0.5 * weight * k * k;
             equations.common.gradient[1] += weight * k;
             equations.common.add(1, 1, weight);

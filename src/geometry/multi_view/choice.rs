@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use super::bundle::Freedom;
 use super::growth::{LANDMARKS, finish, grow};
 use super::homographies::Chain;
-use super::lens::{AS_MANY, with_distortion};
+use super::lens::{COUNT_RATIO, with_distortion};
 use super::placing::TOLERANCE;
 use super::relative_pose::{RelativePose, relative_pose, turn};
 use super::rotations::{average, contradiction};
@@ -124,7 +124,7 @@ fn choose(
         explained_by_chain(&chain, lenses, links),
     ];
     // To different places and depth the distortion of a lens in one place looks like parallax.
-    let distorted = turned.distortion != Distortion::default() && explained[1] >= AS_MANY * explained[0];
+    let distorted = turned.distortion != Distortion::default() && explained[1] >= COUNT_RATIO * explained[0];
     match grown {
         Some(scene) if explained[0] > explained[2] && !distorted => {
             (MultiViewKind::Cameras, Solved::Scene(Box::new(scene)))

@@ -9,8 +9,8 @@ use crate::geometry::Distortion;
 
 /// Lenses distort if that brings the noise down to this share of what it is otherwise, while no fewer places are explained than this
 /// share of the others. On the real sets whose lenses do it is .87 and less, on others and variants of them .91 and more.
-const CLEARLY: f64 = 0.89;
-pub(super) const AS_MANY: f64 = 0.98;
+const NOISE_RATIO: f64 = 0.89;
+pub(super) const COUNT_RATIO: f64 = 0.98;
 
 /// The finished scene with the distortion that explains it, if that does so clearly better than none.
 pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
@@ -32,7 +32,7 @@ pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freed
     let noise = |scene: &Scene| scene.residual_noise().unwrap_or(f64::INFINITY);
     let explained = |scene: &Scene| scene.landmarks.iter().map(|landmark| landmark.seen.len()).sum::<usize>() as f64;
     let better = |other: &Scene| {
-        noise(&distorted) < CLEARLY * noise(other) && explained(&distorted) > AS_MANY * explained(other)
+        noise(&distorted) < NOISE_RATIO * noise(other) && explained(&distorted) > COUNT_RATIO * explained(other)
     };
     let possible = distorted.distortion.0.abs() <= Distortion::MOST && noise(&distorted) < MOST_NOISE;
     if !possible || !better(&scene) {

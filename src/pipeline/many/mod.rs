@@ -7,12 +7,14 @@
 
 mod align;
 mod carried;
+mod check;
 mod depth;
 mod exposure;
 mod given;
 mod graph;
 mod guided;
 mod labelling;
+mod locate;
 pub(crate) mod memory;
 mod picture;
 mod plane_parts;
@@ -25,7 +27,7 @@ mod visible;
 
 pub use align::{ManyAlignment, align_many};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
-pub(crate) use align::{check_count, check_sizes};
+pub(crate) use check::{check_count, check_sizes};
 pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 
@@ -37,9 +39,10 @@ use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, crop, f
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::report::Warning;
-use crate::warp::{Taken, WarpJob, WarpOptions, Warped, warp_within};
+use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
+use check::check;
 use exposure::joint_gains;
 use memory::Budget;
 use undistorted::UndistortedPhotos;
@@ -82,7 +85,7 @@ pub fn stitch_many_known(
     options: &ManyOptions,
     observer: &mut dyn Observer,
 ) -> Result<StitchedMany> {
-    let mut budget = align::check(photos, options)?;
+    let mut budget = check(photos, options)?;
     if let Some(features) = &features {
         check_features(features, photos)?;
     }
@@ -94,7 +97,7 @@ pub fn stitch_many_known(
     let undistorted = alignment.undistorted.take();
     let distortion = undistorted.as_ref().map_or(0.0, |undistorted| undistorted.distortion.0);
     let photos = &UndistortedPhotos::shown(&undistorted, given)[..];
-    let taken: Option<Vec<Taken<'_>>> = undistorted.as_ref().map(|undistorted| undistorted.taken(given));
+    let distorted: Option<Vec<Distorted<'_>>> = undistorted.as_ref().map(|undistorted| undistorted.distorted(given));
     let (reference, order) = (alignment.reference, alignment.order.clone());
     let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
     let gains = match stages.blend.exposure {
@@ -105,7 +108,7 @@ pub fn stitch_many_known(
     let mut painting = Painting {
         alignment: &alignment,
         photos,
-        taken: taken.as_deref(),
+        distorted: distorted.as_deref(),
         options: stages,
         budget: &budget,
         composition: None,
@@ -178,7 +181,7 @@ struct Painting<'a> {
     alignment: &'a ManyAlignment,
     photos: &'a [Photo<'a>],
     /// The same with the distortion of their lens, unless there is none.
-    taken: Option<&'a [Taken<'a>]>,
+    distorted: Option<&'a [Distorted<'a>]>,
     options: &'a Options,
     budget: &'a Budget<'a>,
     /// Nothing at first.
@@ -189,10 +192,10 @@ impl Painting<'_> {
     /// Renders a photo next to what is there already, and says where the origin of its canvas is in the view; `None` when nothing of
     /// it lands there, or it needs no rendering.
     fn render(&self, photo: usize, observer: &mut dyn Observer) -> Result<Option<(Warped, [i64; 2])>> {
-        let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, taken, .. } = *self;
+        let Self { alignment: ManyAlignment { geometry, picture, .. }, photos, distorted, .. } = *self;
         let sizes: Vec<_> = photos.iter().map(|photo| photo.image.size()).collect();
         let (base, depth, at) = match &self.composition {
-            None if picture.is_plane() && taken.is_none() => return Ok(None),
+            None if picture.is_plane() && distorted.is_none() => return Ok(None),
             None => {
                 // On a plane canvases are as large as the reference allows.
                 let (width, height) = if picture.is_plane() { sizes[photo] } else { (1, 1) };
@@ -216,7 +219,7 @@ impl Painting<'_> {
             forward: &forward,
             reverse: &reverse,
             screen: picture.screen_at(at),
-            taken: taken.and_then(|taken| taken.get(photo).copied()),
+            distorted: distorted.and_then(|distorted| distorted.get(photo).copied()),
         };
         match warp_within(&job, &options, &|canvas| self.budget.check(canvas), observer) {
             Err(error) if matches!(*error, Error::NoOverlap { .. }) => Ok(None),

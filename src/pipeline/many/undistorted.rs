@@ -6,7 +6,7 @@ use crate::features::Features;
 use crate::geometry::{Distortion, PairLink, Undistortion};
 use crate::image::reserve;
 use crate::transparency::Extended;
-use crate::warp::{Taken, bilinear};
+use crate::warp::{Distorted, bilinear};
 use crate::{Image, ImageView, InverseDepth, Result, View};
 
 /// Every photo in a frame that holds all of it.
@@ -24,16 +24,25 @@ struct UndistortedPhoto {
 }
 
 impl UndistortedPhotos {
+    /// Moves the `features` to where they are in the frames.
+    ///
     /// # Errors
     /// `too-large` where the `budget` does not suffice, `out-of-memory`.
-    pub fn of(photos: &[Photo<'_>], distortion: Distortion, budget: &mut Budget<'_>) -> Result<Self> {
+    pub fn of(
+        photos: &[Photo<'_>],
+        features: &mut [Features],
+        distortion: Distortion,
+        budget: &mut Budget<'_>,
+    ) -> Result<Self> {
         let lenses = photos.iter().map(|photo| Undistortion::of(photo.image.size(), distortion));
         budget.undistort(&lenses.clone().map(|lens| lens.frame).collect::<Vec<_>>())?;
         let one = |(photo, lens): (&Photo<'_>, Undistortion)| {
             let depth = photo.depth.map(|depth| undistorted_depth(depth, &lens)).transpose()?;
             Ok(UndistortedPhoto { lens, photo: Extended::new(undistorted_image(photo.image, &lens)?, depth)? })
         };
-        Ok(Self { distortion, photos: photos.iter().zip(lenses).map(one).collect::<Result<_>>()? })
+        let photos: Vec<UndistortedPhoto> = photos.iter().zip(lenses).map(one).collect::<Result<_>>()?;
+        photos.iter().zip(features).for_each(|(photo, features)| move_features(&photo.lens, features));
+        Ok(Self { distortion, photos })
     }
 
     /// The photos without distortion, or those `given` where there is none.
@@ -51,24 +60,14 @@ impl UndistortedPhotos {
         self.photos.iter().map(|photo| photo.lens.frame).collect()
     }
 
-    /// Those `given`, as they were taken.
-    pub fn taken<'a>(&self, given: &[Photo<'a>]) -> Vec<Taken<'a>> {
-        self.photos.iter().zip(given).map(|(own, photo)| Taken { photo: photo.image, lens: own.lens }).collect()
+    /// Those `given`, with their distortion.
+    pub fn distorted<'a>(&self, given: &[Photo<'a>]) -> Vec<Distorted<'a>> {
+        self.photos.iter().zip(given).map(|(own, photo)| Distorted { photo: photo.image, lens: own.lens }).collect()
     }
 
     /// The photos in their frames.
     pub fn into_images(self) -> impl Iterator<Item = Image> {
         self.photos.into_iter().map(|own| own.photo.into_image())
-    }
-
-    /// Moves features to where they are in the frames.
-    pub fn move_features(&self, features: &mut [Features]) {
-        for (UndistortedPhoto { lens, .. }, features) in self.photos.iter().zip(features) {
-            features.size = lens.frame;
-            for keypoint in &mut features.keypoints {
-                [keypoint.x, keypoint.y] = lens.undistort([keypoint.x, keypoint.y].map(f64::from)).map(|p| p as f32);
-            }
-        }
     }
 
     /// Moves matches to where they are in the frames.
@@ -92,6 +91,14 @@ fn place(lens: &Undistortion, x: usize, y: usize) -> Option<[f64; 2]> {
     let (right, bottom) = (last(lens.photo.0), last(lens.photo.1));
     let within = x > -MARGIN && y > -MARGIN && x < right + MARGIN && y < bottom + MARGIN;
     within.then(|| [x.max(0.0).min(right), y.max(0.0).min(bottom)])
+}
+
+/// Moves the features of a photo to where they are in its frame.
+fn move_features(lens: &Undistortion, features: &mut Features) {
+    features.size = lens.frame;
+    for keypoint in &mut features.keypoints {
+        [keypoint.x, keypoint.y] = lens.undistort([keypoint.x, keypoint.y].map(f64::from)).map(|p| p as f32);
+    }
 }
 
 /// The photo in its frame.

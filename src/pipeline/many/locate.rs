@@ -1,0 +1,120 @@
+//! Where the photos were taken from, by their matches: features → pair graph → geometry.
+
+use super::ManyOptions;
+use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, matched, pair_graph};
+use super::guided::{more_matches, refine};
+use super::memory::Budget;
+use super::result::{Photo, PhotoCode};
+use super::undistorted::UndistortedPhotos;
+use crate::features::Features;
+use crate::geometry::{Camera, Distortion, Lens, MultiView, MultiViewKind, PairLink, multi_view};
+use crate::observer::{Observer, Subject, report};
+use crate::pipeline::timer::StageTimer;
+use crate::{Error, ImageView, Result, Stage};
+
+/// What the matches of all photos say.
+pub(super) struct Located {
+    pub geometry: MultiView,
+    /// The photos that have a place in it, ascending.
+    pub placed: Vec<usize>,
+    /// What is to become of each photo, as far as is known.
+    pub codes: Vec<PhotoCode>,
+    /// The pairs of photos that were compared.
+    pub pairs: Vec<PhotoPair>,
+    /// The matches of those that belong together.
+    pub links: Vec<PairLink>,
+    /// The photos that all of this is of, where they are not those given.
+    pub undistorted: Option<UndistortedPhotos>,
+}
+
+/// Finds the geometry of photos, whose features may be known.
+pub(super) fn locate(
+    given: &[Photo<'_>],
+    known: Option<Vec<Features>>,
+    options: &ManyOptions,
+    budget: &mut Budget<'_>,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<Located> {
+    let stages = &options.stages;
+    let mut features = match known {
+        Some(known) => known.into_iter().map(matched).collect(),
+        None => {
+            let images: Vec<ImageView<'_>> = given.iter().map(|photo| photo.image).collect();
+            let found = features(&images, stages, observer)?;
+            timer.end(Stage::Detect, observer);
+            found
+        }
+    };
+    let distortion = options.distortion.filter(|known| *known != 0.0);
+    let mut undistorted = match distortion {
+        Some(known) => Some(UndistortedPhotos::of(given, &mut features, Distortion(known), budget)?),
+        None => None,
+    };
+    let mut graph = pair_graph(&features, stages, observer)?;
+    timer.end(Stage::Match, observer);
+
+    observer.subject(Subject::All);
+    report(observer, Stage::Estimate, 0.0)?;
+    let cameras: Option<Vec<Camera>> = given.iter().map(|photo| photo.camera).collect();
+    let group = match &cameras {
+        Some(_) => (0..given.len()).collect(),
+        None => largest_group(given.len(), options.reference, &graph.links),
+    };
+    if group.len() < 2 {
+        return Err(unmatched(&graph, options.reference));
+    }
+    let mut codes = codes(given.len(), &group, &graph.links);
+    let lens = |photo: &Photo<'_>| Lens { size: photo.image.size(), focal: photo.focal.or(stages.estimate.focal) };
+    let lenses: Vec<Lens> = UndistortedPhotos::shown(&undistorted, given).iter().map(lens).collect();
+    let mut links: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
+    let mut geometry = match &cameras {
+        Some(cameras) => MultiView::given(&lenses, cameras, &links),
+        None => multi_view(&lenses, &links, options.reference.unwrap_or(group[0]), options.distortion.is_none()),
+    };
+    for link in geometry.contradicting.iter().filter_map(|&i| links.get(i)) {
+        graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
+    }
+    if let Some(distortion) = geometry.distortion() {
+        let found = UndistortedPhotos::of(given, &mut features, distortion, budget)?;
+        found.move_matches(&mut links);
+        geometry.undistort(&found.frames(), &links);
+        undistorted = Some(found);
+    }
+    if stages.features.guided && geometry.kind == MultiViewKind::Cameras {
+        let images: Vec<ImageView<'_>> =
+            UndistortedPhotos::shown(&undistorted, given).iter().map(|photo| photo.image).collect();
+        let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
+        let consistent: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
+        let matching = &stages.features.matching;
+        links = more_matches(&images, &features, &graph.pairs, &consistent, &geometry, matching, observer)?;
+        refine(&images, &links, &mut geometry, observer)?;
+    }
+    let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
+    group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
+    timer.end(Stage::Estimate, observer);
+    Ok(Located { geometry, placed, codes, pairs: graph.pairs, links, undistorted })
+}
+
+/// Of all photos, before any is given up for its place.
+fn codes(count: usize, group: &[usize], links: &[PairLink]) -> Vec<PhotoCode> {
+    let code = |photo: usize| {
+        if group.contains(&photo) {
+            PhotoCode::Used
+        } else if links.iter().any(|link| link.photos.contains(&photo)) {
+            PhotoCode::OtherGroup
+        } else {
+            PhotoCode::NoMatches
+        }
+    };
+    (0..count).map(code).collect()
+}
+
+/// The error of photos that do not belong together, by the pair that comes closest; of a `reference` that matches none, by its
+/// pairs.
+fn unmatched(graph: &Graph, reference: Option<usize>) -> Box<Error> {
+    let own = |pair: &&PhotoPair| reference.is_none_or(|reference| pair.photos.contains(&reference));
+    let best = graph.pairs.iter().filter(own).max_by_key(|pair| (pair.inliers, pair.matches));
+    let (matches, inliers) = best.map_or((0, 0), |pair| (pair.matches, pair.inliers));
+    Error::NoConsensus { matches, inliers, needed: FEWEST }.into()
+}
