@@ -7,7 +7,7 @@ use depthstitch::Image;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::warp::Projection;
 use nalgebra::Vector3;
-use scene::{Camera, MatchOptions, Pair, Photos, median};
+use scene::{Camera, MatchOptions, Pair, Photos, Pose, median};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -23,15 +23,27 @@ fn stitched(photos: &Photos, projection: Option<Projection>, focal: Option<f64>)
     stitch(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ()).unwrap()
 }
 
-/// Where a ray in the reference's axes appears.
+/// Where a ray in the reference's axes appears, around an upright axis.
 fn unrolled(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
     let across = libm::sqrt(ray.x * ray.x + ray.z * ray.z);
     let down = if projection == Projection::Sphere { libm::atan2(ray.y, across) } else { ray.y / across };
     [focal * libm::atan2(ray.x, ray.z), focal * down]
 }
 
+/// The same around a level one.
+fn unrolled_upwards(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
+    let [y, x] = unrolled(projection, focal, Vector3::new(ray.y, ray.x, ray.z));
+    [x, y]
+}
+
+type Unrolled = fn(Projection, f64, Vector3<f64>) -> [f64; 2];
+
 /// Where pixels of the target and of the reference belong in the picture, by the true cameras and depth.
-fn true_places<'a>(pair: &'a Pair<'_>, found: &Stitched) -> [impl Fn(usize, usize) -> Place + 'a; 2] {
+fn true_places<'a>(
+    pair: &'a Pair<'_>,
+    found: &Stitched,
+    unrolled: Unrolled,
+) -> [impl Fn(usize, usize) -> Place + 'a; 2] {
     let (camera, projection) = (pair.reference.camera, found.projection);
     let focal = camera.k[(0, 0)];
     let place = move |ray| unrolled(projection, focal, ray);
@@ -57,11 +69,11 @@ fn true_places<'a>(pair: &'a Pair<'_>, found: &Stitched) -> [impl Fn(usize, usiz
 }
 
 /// How much colours differ at the median from those `below` where they belong, and of how many pixels that show.
-fn differing(pair: &Pair<'_>, photos: &Photos, found: &Stitched, below: i64) -> (f64, usize) {
+fn differing(pair: &Pair<'_>, photos: &Photos, found: &Stitched, below: i64, unrolled: Unrolled) -> (f64, usize) {
     let (mosaic, mut errors) = (&found.mosaic, Vec::new());
     let width = mosaic.image.width();
     let own = [photos.target().image, photos.reference().image];
-    for (side, place) in true_places(pair, found).iter().enumerate() {
+    for (side, place) in true_places(pair, found, unrolled).iter().enumerate() {
         for (x, y) in (6..SIZE.1 - 6).step_by(3).flat_map(|y| (6..SIZE.0 - 6).step_by(3).map(move |x| (x, y))) {
             let [u, v] = place(x, y);
             if u < 0 || u as usize >= width || v + below < 0 {
@@ -89,8 +101,8 @@ fn pixels_are_where_their_rays_belong() {
     for projection in [Projection::Cylinder, Projection::Sphere] {
         let found = stitched(&photos, Some(projection), Some(pair.reference.camera.k[(0, 0)]));
         assert_eq!(found.projection, projection);
-        let (here, count) = differing(&pair, &photos, &found, 0);
-        let (there, _) = differing(&pair, &photos, &found, 8);
+        let (here, count) = differing(&pair, &photos, &found, 0, unrolled);
+        let (there, _) = differing(&pair, &photos, &found, 8, unrolled);
         assert!(count > 3000, "{count} pixels");
         assert!(here < 0.5 * there, "{projection:?}: colours differ by {here} levels, elsewhere by {there}");
         // As well aligned as on the plane, of which both are almost a copy here.
@@ -118,10 +130,25 @@ fn wide_pairs_are_not_shown_on_the_plane() {
     assert_eq!(found.projection, Projection::Cylinder);
     let [width, on_plane] = [&found, &plane].map(|stitched| stitched.mosaic.image.width());
     assert!(width * 3 < on_plane * 2, "{width} instead of {on_plane} px");
-    let (here, count) = differing(&pair, &photos, &found, 0);
-    let (there, _) = differing(&pair, &photos, &found, 8);
+    let (here, count) = differing(&pair, &photos, &found, 0, unrolled);
+    let (there, _) = differing(&pair, &photos, &found, 8, unrolled);
     assert!(count > 3000, "{count} pixels");
     assert!(here < 0.5 * there, "colours differ by {here} levels, elsewhere by {there}");
+}
+
+/// Looking up, the axis of the cylinder is level: what is far above is not stretched either.
+#[test]
+fn tall_pairs_are_shown_around_a_level_axis() {
+    let mut scene = scene::gallery();
+    scene.target = Pose { pitch: 0.6, ..scene.reference };
+    scene.target.centre.y -= 0.35;
+    let pair = scene.render(SIZE.0, SIZE.1);
+    let photos = Photos::of(&pair, &EXACT);
+    let focal = Some(pair.reference.camera.k[(0, 0)]);
+    let found = stitched(&photos, Some(Projection::Cylinder), focal);
+    let [here, there] = [0, 8].map(|below| differing(&pair, &photos, &found, below, unrolled_upwards));
+    assert!(here.1 > 3000, "{} pixels", here.1);
+    assert!(here.0 < 0.5 * there.0, "colours differ by {} levels, elsewhere by {}", here.0, there.0);
 }
 
 /// Without a focal length it is found by self-calibration: what is far to the side is not stretched.

@@ -7,8 +7,10 @@ use crate::InverseDepth;
 use crate::geometry::Model;
 use crate::warp::{Projection, Screen, project};
 
-/// On a cylinder while nothing is farther up or down than 45°, where it is stretched by 2: the sine.
+/// On a cylinder while nothing is farther from its middle along the axis than 45°, where it is stretched by 2: the sine.
 const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// The axis of a cylinder is upright while nothing is farther up or down than 30°, or than to the sides: the sine.
+const MOST_UPRIGHT: f64 = 0.5;
 /// A sphere is level while nothing is farther up or down than 60°, where it is stretched by 2: the sine.
 const MOST_LEVEL: f64 = 0.866;
 /// A photo is shown on the plane, where straight lines stay straight, while a tenth of it at most is enlarged there by more than this, in
@@ -87,21 +89,26 @@ impl Picture {
                 sum += ray;
             }
         }
-        let highest = rays.iter().map(|ray| ray.dot(&down).abs()).fold(0.0, f64::max);
+        // What is all around has no middle.
+        let ahead = unit(sum / rays.len() as f64).unwrap_or_else(Vector3::z);
+        let without = |v: Vector3<f64>, w: Vector3<f64>| unit(v - w * w.dot(&v));
+        // Looking straight up or down, the camera's own.
+        let right = unit(down.cross(&ahead)).or(without(Vector3::x(), ahead))?;
+        let farthest = |axis: Vector3<f64>| rays.iter().map(|ray| ray.dot(&axis).abs()).fold(0.0, f64::max);
+        let (high, wide) = (farthest(down), farthest(right));
         let sphere = match wanted {
             Some(wanted) => wanted == Projection::Sphere,
-            None => highest > MOST_ON_CYLINDER,
+            None => high.min(wide) > MOST_ON_CYLINDER,
         };
-        // Where the middle of the picture is, and what is upright there.
-        let across = |v: Vector3<f64>, w: Vector3<f64>| unit(v - w * w.dot(&v));
-        let (ahead, down) = if sphere && highest > MOST_LEVEL {
-            let ahead = unit(sum)?;
-            (ahead, across(down, ahead)?)
-        } else {
-            (across(sum, down).or(across(Vector3::z(), down))?, down)
+        // The middle of the picture is level, unless too much is far up or down.
+        let tilted = ahead.cross(&right);
+        let transverse = match sphere {
+            true => high > MOST_LEVEL && farthest(tilted) > wide.max(MOST_LEVEL),
+            false => high > wide.max(MOST_UPRIGHT),
         };
-        let rotation = Matrix3::from_columns(&[down.cross(&ahead), down, ahead]);
-        let screen = Screen { sphere, focal, centre: [0.0; 2] };
+        let down = if transverse || sphere && high > MOST_LEVEL { tilted } else { down };
+        let rotation = Matrix3::from_columns(&[right, down, right.cross(&down)]);
+        let screen = Screen { sphere, transverse, focal, centre: [0.0; 2] };
         let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
         let mut found = Self { turn, back, screen: Some(screen) };
         // The reference's top left is the origin.
