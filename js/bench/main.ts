@@ -166,7 +166,7 @@ async function scaleOf(method: Method): Promise<Scale[]> {
 
 async function scaleMany(): Promise<ManyScale[]> {
   print("many photos (gallery, walking past; one run)");
-  const headings = ["used", "s", "CPU s", "s/photo", "peak MiB", "predicted", "off %"];
+  const headings = ["used", "s", "CPU s", "s/photo", "peak MiB", "at first", "predicted", "off %"];
   print(columns("photos", [...headings, ...MANY_STAGES.map((stage) => `${stage} s`)]));
   const scales: ManyScale[] = [];
   for (const { width, height, photos, counts } of SETS) {
@@ -174,6 +174,8 @@ async function scaleMany(): Promise<ManyScale[]> {
     for (const count of counts) {
       const found = await measureMany(folder, count);
       const { used, ms, megapixels, memory, predicted, processor, times } = found;
+      // Before the canvas is known, and then.
+      const [first = NaN, last = first] = predicted;
       const stages = MANY_STAGES.map((stage) => ((times[stage] ?? 0) / 1000).toFixed(1));
       const numbers = [
         String(used),
@@ -181,8 +183,9 @@ async function scaleMany(): Promise<ManyScale[]> {
         processor.toFixed(1),
         (ms / 1000 / count).toFixed(2),
         (memory / 2 ** 20).toFixed(0),
-        (predicted / 2 ** 20).toFixed(0),
-        (100 * (predicted / memory - 1)).toFixed(0),
+        (first / 2 ** 20).toFixed(0),
+        (last / 2 ** 20).toFixed(0),
+        (100 * (last / memory - 1)).toFixed(0),
       ];
       print(columns(`${count}×${(megapixels / count).toFixed(0)} MP`, [...numbers, ...stages]));
       scales.push(found);

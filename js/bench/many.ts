@@ -4,7 +4,8 @@ import { isMainThread, parentPort, workerData } from "node:worker_threads";
 
 import { CASE_FILE, loadPhoto } from "../cases/case.js";
 import { many } from "../core.js";
-import { stitchMany, StitchError, type ImageOutput, type StitchManyResult } from "../index.js";
+import { stitchMany, type StitchManyResult } from "../index.js";
+import { predictedBytes } from "./predicted.js";
 import { onThread } from "./thread.js";
 
 /** Time and memory of many photos. */
@@ -21,8 +22,8 @@ export interface ManyScale {
   readonly processor: number;
   /** Bytes of wasm memory at its peak. */
   readonly memory: number;
-  /** Bytes that the core predicts before it knows the canvas. */
-  readonly predicted: number;
+  /** Bytes that the core predicts before it knows the canvas, and then. */
+  readonly predicted: readonly number[];
 }
 
 /** Stitches the first `count` photos of the case in `folder` on a thread of its own, whose memory has never been larger. */
@@ -42,12 +43,12 @@ async function serve({ folder, count }: Job): Promise<ManyScale> {
   const photos = await Promise.all(
     files.slice(0, count).map(async (file) => (await loadPhoto(join(folder, file))).image),
   );
-  const predicted = await predictedMemory(photos);
   const before = process.cpuUsage();
   const start = performance.now();
   const result = await stitchMany(photos, { worker: false });
   const ms = performance.now() - start;
   const { user, system } = process.cpuUsage(before);
+  const memory = many.call((raw) => raw.peakMemory());
   return {
     photos: photos.length,
     used: result.photos.filter(({ used }) => used).length,
@@ -55,21 +56,9 @@ async function serve({ folder, count }: Job): Promise<ManyScale> {
     ms,
     times: result.times,
     processor: (user + system) / 1e6,
-    memory: many.call((raw) => raw.peakMemory()),
-    predicted,
+    memory,
+    predicted: await predictedBytes((limit) => stitchMany(photos, limit)),
   };
-}
-
-/** The bytes that the core refuses the photos for. */
-async function predictedMemory(photos: readonly ImageOutput[]): Promise<number> {
-  try {
-    await stitchMany(photos, { maxBytes: 1, worker: false });
-    return NaN;
-  } catch (error) {
-    if (error instanceof StitchError && error.code === "too-large")
-      return error.details.bytes ?? NaN;
-    throw error;
-  }
 }
 
 if (!isMainThread) parentPort?.postMessage(await serve(workerData as Job));

@@ -1,8 +1,9 @@
 import { isMainThread, parentPort, workerData } from "node:worker_threads";
 
-import { loadCase, type Pair } from "../cases/case.js";
+import { loadCase } from "../cases/case.js";
 import { core } from "../core.js";
-import { stitch, StitchError } from "../index.js";
+import { stitch, type StitchOptions } from "../index.js";
+import { predictedBytes } from "./predicted.js";
 import { inputs, timeStages, type Method } from "./stages.js";
 import { onThread } from "./thread.js";
 
@@ -33,29 +34,18 @@ interface Job {
 async function serve({ folder, method, runs }: Job): Promise<Scale> {
   const pair = await loadCase(folder);
   const { width, height } = pair.target;
-  const { stitch = NaN } = await timeStages(pair, method, runs, 1);
+  const { stitch: ms = NaN } = await timeStages(pair, method, runs, 1);
+  const memory = core.call((raw) => raw.peakMemory());
+  const ask = (limit: StitchOptions) =>
+    stitch(pair.target, pair.reference, { ...inputs(pair, method), ...limit });
+  const predicted = (await predictedBytes(ask)).at(-1) ?? NaN;
   return {
     method,
     megapixels: (width * height) / 1e6,
-    ms: stitch,
-    memory: core.call((raw) => raw.peakMemory()),
-    predicted: await predictedMemory(pair, method),
+    ms,
+    memory,
+    predicted,
   };
-}
-
-/** The bytes that the core refuses the job for: at once, or with the canvas' own as soon as that is known. */
-async function predictedMemory(pair: Pair, method: Method): Promise<number> {
-  let bytes = 1;
-  for (;;) {
-    const options = { ...inputs(pair, method), maxBytes: bytes, worker: false };
-    try {
-      await stitch(pair.target, pair.reference, options);
-      return bytes;
-    } catch (error) {
-      if (!(error instanceof StitchError && error.code === "too-large")) throw error;
-      bytes = error.details.bytes ?? NaN;
-    }
-  }
 }
 
 if (!isMainThread) parentPort?.postMessage(await serve(workerData as Job));
