@@ -3,8 +3,9 @@
 
 mod scene;
 
+use depthstitch::Image;
 use depthstitch::geometry::{Camera, MultiViewKind};
-use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, PhotoCode, align_many, stitch_many};
+use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many};
 use depthstitch::warp::Projection;
 use nalgebra::{Matrix3, Vector3};
 use scene::{Pose, SIZE, Views, codes, gallery_from, landing_errors, median, photos};
@@ -142,6 +143,51 @@ fn wide_view_is_shown_around_the_viewer_with_a_level_horizon() {
     let reference = &photos[done.reference].image;
     let extent = done.photos[done.reference].extent.unwrap();
     assert_eq!(extent, [0, 0, reference.width() as i64, reference.height() as i64]);
+}
+
+/// A quarter of a turn clockwise.
+fn turned(photo: &Image) -> Image {
+    let (w, h) = photo.size();
+    let pixel = |i: usize| photo.pixels()[(h - 1 - i % h) * w + i / h];
+    Image::new((0..w * h).flat_map(pixel).collect(), h, w).unwrap()
+}
+
+/// Photos taken on their side: the axis of cylinder and sphere is level, and the picture the same but for that.
+#[test]
+fn photos_on_their_side_make_a_picture_on_its_side() {
+    let scene = scene::gallery();
+    let pose = |yaw: f64| Pose { yaw, focal: 0.9, ..scene.target };
+    let views = scene.views(&[0.75, -0.25, 0.25, -0.75].map(pose), SIZE.0, SIZE.1);
+    let upright = photos(&views);
+    let images: Vec<Image> =
+        upright.iter().map(|photo| turned(&Image::new(photo.image.data().to_vec(), SIZE.0, SIZE.1).unwrap())).collect();
+    let on_their_side: Vec<Photo<'_>> = images.iter().map(|image| Photo::new(image.view())).collect();
+    for projection in [None, Some(Projection::Sphere)] {
+        let mut options = ManyOptions::default();
+        options.stages.projection = projection;
+        let [expected, found] =
+            [&upright, &on_their_side].map(|photos| stitch_many(photos, &options, &mut ()).unwrap());
+        assert_eq!((found.projection, found.reference), (expected.projection, expected.reference));
+        let ((w, h), size) = (expected.image.size(), found.image.size());
+        let near = |a: usize, b: usize| a.abs_diff(b) * 50 < b;
+        assert!(near(size.0, h) && near(size.1, w), "{projection:?}: {size:?} instead of {h} × {w}");
+        // Nothing of it is elsewhere: colours at the median, and those some pixels beside.
+        let turned = turned(&expected.image);
+        let differing = |beside: usize| {
+            let mut errors = Vec::new();
+            for (y, x) in
+                (20..w.min(size.1) - 20).step_by(5).flat_map(|y| (20..h.min(size.0) - 20).map(move |x| (y, x)))
+            {
+                let [a, b] = [turned.pixels()[y * h + x], found.image.pixels()[y * size.0 + x + beside]];
+                if a[3] != 0 && b[3] != 0 {
+                    errors.push((0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).sum::<f64>() / 3.0);
+                }
+            }
+            median(errors)
+        };
+        let (here, there) = (differing(0), differing(12));
+        assert!(here < 0.6 * there, "{projection:?}: colours differ by {here} levels, elsewhere by {there}");
+    }
 }
 
 #[test]

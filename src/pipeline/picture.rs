@@ -81,33 +81,12 @@ impl Picture {
     pub fn around(wanted: Option<Projection>, viewer: &Viewer, reference: &Placed, photos: &[Placed]) -> Option<Self> {
         let Viewer { calibration: [to_pixels, to_rays], focal, down } = *viewer;
         let mut rays = Vec::new();
-        let mut sum = Vector3::zeros();
         for Placed { size, model, depth } in photos {
             for [x, y] in grid(*size) {
-                let ray = unit(to_rays * Vector3::from(model.transform(x, y, *depth)))?;
-                rays.push(ray);
-                sum += ray;
+                rays.push(unit(to_rays * Vector3::from(model.transform(x, y, *depth)))?);
             }
         }
-        // What is all around has no middle.
-        let ahead = unit(sum / rays.len() as f64).unwrap_or_else(Vector3::z);
-        let without = |v: Vector3<f64>, w: Vector3<f64>| unit(v - w * w.dot(&v));
-        // Looking straight up or down, the camera's own.
-        let right = unit(down.cross(&ahead)).or(without(Vector3::x(), ahead))?;
-        let farthest = |axis: Vector3<f64>| rays.iter().map(|ray| ray.dot(&axis).abs()).fold(0.0, f64::max);
-        let (high, wide) = (farthest(down), farthest(right));
-        let sphere = match wanted {
-            Some(wanted) => wanted == Projection::Sphere,
-            None => high.min(wide) > MOST_ON_CYLINDER,
-        };
-        // The middle of the picture is level, unless too much is far up or down.
-        let tilted = ahead.cross(&right);
-        let transverse = match sphere {
-            true => high > MOST_LEVEL && farthest(tilted) > wide.max(MOST_LEVEL),
-            false => high > wide.max(MOST_UPRIGHT),
-        };
-        let down = if transverse || sphere && high > MOST_LEVEL { tilted } else { down };
-        let rotation = Matrix3::from_columns(&[right, down, right.cross(&down)]);
+        let Axes { rotation, sphere, transverse } = Axes::suiting(wanted, &rays, down)?;
         let screen = Screen { sphere, transverse, focal, centre: [0.0; 2] };
         let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
         let mut found = Self { turn, back, screen: Some(screen) };
@@ -187,6 +166,40 @@ impl Picture {
             Some((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).filter(|area| *area > 0.0)
         };
         points.map(|point| area(point).unwrap_or(f64::INFINITY)).collect()
+    }
+}
+
+/// How a screen is placed around the viewer.
+struct Axes {
+    /// From its axes, to the right, down and ahead, to the camera's.
+    rotation: Matrix3<f64>,
+    sphere: bool,
+    transverse: bool,
+}
+
+impl Axes {
+    /// For a screen, as it is wanted or as suits `rays` of length 1 to all that is shown; `down` is which way is down.
+    fn suiting(wanted: Option<Projection>, rays: &[Vector3<f64>], down: Vector3<f64>) -> Option<Self> {
+        let middle = rays.iter().sum::<Vector3<f64>>() / rays.len() as f64;
+        // What is all around has no middle.
+        let ahead = unit(middle).unwrap_or_else(Vector3::z);
+        // Looking straight up or down, the camera's own.
+        let right = unit(down.cross(&ahead)).or_else(|| unit(Vector3::x() - ahead * ahead.x))?;
+        let farthest = |axis: Vector3<f64>| rays.iter().map(|ray| ray.dot(&axis).abs()).fold(0.0, f64::max);
+        let (high, wide) = (farthest(down), farthest(right));
+        let sphere = match wanted {
+            Some(wanted) => wanted == Projection::Sphere,
+            None => high.min(wide) > MOST_ON_CYLINDER,
+        };
+        // The middle of the picture is level, unless too much is far up or down.
+        let tilted = ahead.cross(&right);
+        let transverse = match sphere {
+            true => high > MOST_LEVEL && farthest(tilted) > wide.max(MOST_LEVEL),
+            false => high > wide.max(MOST_UPRIGHT),
+        };
+        let down = if transverse || sphere && high > MOST_LEVEL { tilted } else { down };
+        let rotation = Matrix3::from_columns(&[right, down, right.cross(&down)]);
+        Some(Self { rotation, sphere, transverse })
     }
 }
 
