@@ -3,10 +3,10 @@
 
 mod scene;
 
-use depthstitch::Image;
 use depthstitch::geometry::{Camera, MultiViewKind};
 use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many};
 use depthstitch::warp::Projection;
+use depthstitch::{Image, ImageView};
 use nalgebra::{Matrix3, Vector3};
 use scene::{Pose, SIZE, Views, codes, gallery_from, landing_errors, median, photos};
 #[cfg(target_arch = "wasm32")]
@@ -146,7 +146,7 @@ fn wide_view_is_shown_around_the_viewer_with_a_level_horizon() {
 }
 
 /// A quarter of a turn clockwise.
-fn turned(photo: &Image) -> Image {
+fn turned(photo: ImageView<'_>) -> Image {
     let (w, h) = photo.size();
     let pixel = |i: usize| photo.pixels()[(h - 1 - i % h) * w + i / h];
     Image::new((0..w * h).flat_map(pixel).collect(), h, w).unwrap()
@@ -159,8 +159,7 @@ fn photos_on_their_side_make_a_picture_on_its_side() {
     let pose = |yaw: f64| Pose { yaw, focal: 0.9, ..scene.target };
     let views = scene.views(&[0.75, -0.25, 0.25, -0.75].map(pose), SIZE.0, SIZE.1);
     let upright = photos(&views);
-    let images: Vec<Image> =
-        upright.iter().map(|photo| turned(&Image::new(photo.image.data().to_vec(), SIZE.0, SIZE.1).unwrap())).collect();
+    let images: Vec<Image> = upright.iter().map(|photo| turned(photo.image)).collect();
     let on_their_side: Vec<Photo<'_>> = images.iter().map(|image| Photo::new(image.view())).collect();
     for projection in [None, Some(Projection::Sphere)] {
         let mut options = ManyOptions::default();
@@ -172,7 +171,7 @@ fn photos_on_their_side_make_a_picture_on_its_side() {
         let near = |a: usize, b: usize| a.abs_diff(b) * 50 < b;
         assert!(near(size.0, h) && near(size.1, w), "{projection:?}: {size:?} instead of {h} × {w}");
         // Nothing of it is elsewhere: colours at the median, and those some pixels beside.
-        let turned = turned(&expected.image);
+        let turned = turned(expected.image.view());
         let differing = |beside: usize| {
             let mut errors = Vec::new();
             for (y, x) in

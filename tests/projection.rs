@@ -30,8 +30,8 @@ fn unrolled(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
     [focal * libm::atan2(ray.x, ray.z), focal * down]
 }
 
-/// The same around a level one.
-fn unrolled_upwards(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
+/// The same around a level one, from left to right.
+fn unrolled_transverse(projection: Projection, focal: f64, ray: Vector3<f64>) -> [f64; 2] {
     let [y, x] = unrolled(projection, focal, Vector3::new(ray.y, ray.x, ray.z));
     [x, y]
 }
@@ -90,6 +90,13 @@ fn differing(pair: &Pair<'_>, photos: &Photos, found: &Stitched, below: i64, unr
     (median(errors), count)
 }
 
+/// Pixels have the colours that belong there, rather than those some pixels below.
+fn assert_in_place(pair: &Pair<'_>, photos: &Photos, found: &Stitched, unrolled: Unrolled) {
+    let [(here, count), (there, _)] = [0, 8].map(|below| differing(pair, photos, found, below, unrolled));
+    assert!(count > 3000, "{count} pixels");
+    assert!(here < 0.5 * there, "{:?}: colours differ by {here} levels, elsewhere by {there}", found.projection);
+}
+
 #[test]
 fn pixels_are_where_their_rays_belong() {
     let scene = scene::gallery();
@@ -101,10 +108,7 @@ fn pixels_are_where_their_rays_belong() {
     for projection in [Projection::Cylinder, Projection::Sphere] {
         let found = stitched(&photos, Some(projection), Some(pair.reference.camera.k[(0, 0)]));
         assert_eq!(found.projection, projection);
-        let (here, count) = differing(&pair, &photos, &found, 0, unrolled);
-        let (there, _) = differing(&pair, &photos, &found, 8, unrolled);
-        assert!(count > 3000, "{count} pixels");
-        assert!(here < 0.5 * there, "{projection:?}: colours differ by {here} levels, elsewhere by {there}");
+        assert_in_place(&pair, &photos, &found, unrolled);
         // As well aligned as on the plane, of which both are almost a copy here.
         let (own, other) = (found.quality, plane.quality);
         assert!(
@@ -130,10 +134,7 @@ fn wide_pairs_are_not_shown_on_the_plane() {
     assert_eq!(found.projection, Projection::Cylinder);
     let [width, on_plane] = [&found, &plane].map(|stitched| stitched.mosaic.image.width());
     assert!(width * 3 < on_plane * 2, "{width} instead of {on_plane} px");
-    let (here, count) = differing(&pair, &photos, &found, 0, unrolled);
-    let (there, _) = differing(&pair, &photos, &found, 8, unrolled);
-    assert!(count > 3000, "{count} pixels");
-    assert!(here < 0.5 * there, "colours differ by {here} levels, elsewhere by {there}");
+    assert_in_place(&pair, &photos, &found, unrolled);
 }
 
 /// Looking up, the axis of the cylinder is level: what is far above is not stretched either.
@@ -146,9 +147,7 @@ fn tall_pairs_are_shown_around_a_level_axis() {
     let photos = Photos::of(&pair, &EXACT);
     let focal = Some(pair.reference.camera.k[(0, 0)]);
     let found = stitched(&photos, Some(Projection::Cylinder), focal);
-    let [here, there] = [0, 8].map(|below| differing(&pair, &photos, &found, below, unrolled_upwards));
-    assert!(here.1 > 3000, "{} pixels", here.1);
-    assert!(here.0 < 0.5 * there.0, "colours differ by {} levels, elsewhere by {}", here.0, there.0);
+    assert_in_place(&pair, &photos, &found, unrolled_transverse);
 }
 
 /// Without a focal length it is found by self-calibration: what is far to the side is not stretched.
