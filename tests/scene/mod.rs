@@ -25,7 +25,7 @@ pub use measure::{distance, map_error, median};
 pub use noise::Random;
 pub use pair::{MatchOptions, Pair, SampledMatches};
 pub use photos::Photos;
-pub use presets::{court, plane, room, rotation, textureless, walk};
+pub use presets::{court, plane, room, rotation, square, textureless, walk};
 pub use render::{Scene, View};
 pub use sets::{SIZE, camera, codes, depth_map, gallery_from, gallery_through, landing_errors, photos, with_cameras};
 pub use views::Views;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::camera::Pose;
+use super::camera::{Camera, Pose};
 use super::render::Scene;
 use super::shape::Shape;
 use super::texture::Texture;
@@ -106,4 +106,30 @@ pub fn court(way: f64, turn: f64, (width, height): (usize, usize)) -> Views {
     scene.add(vec![vec![(Shape::Level { y: 0.0 }, Texture::Tiles { size: 0.5 })]]);
     let pose = |share: f64| Pose { centre: first.centre + V::new(-way, 0.0, way) * share, yaw: share * turn, ..first };
     scene.views(&[0.0, 0.5, 1.0].map(pose), width, height)
+}
+
+/// A square with a wall on each side, six to eleven metres away, in a full turn of `count` photos to the right by somebody who holds the
+/// camera at arm's length, through a lens that distorts.
+pub fn square(count: usize, distortion: f64, (width, height): (usize, usize)) -> Views {
+    let first = Pose { centre: V::new(0.0, -1.5, 0.0), yaw: 0.0, pitch: 0.03, roll: 0.01, focal: 0.85 };
+    let mut scene = Scene::new(first, first, V::new(-0.3, -0.6, -0.7), 400.0);
+    let slab = |min: [f64; 3], max: [f64; 3]| {
+        (Shape::Box { min: min.into(), max: max.into() }, Texture::Patches { size: 0.25 })
+    };
+    scene.add(vec![
+        vec![slab([-12.0, -12.0, 9.0], [12.0, 0.0, 9.2])],
+        vec![slab([7.0, -12.0, -12.0], [7.2, 0.0, 12.0])],
+    ]);
+    scene.add(vec![
+        vec![slab([-12.0, -12.0, -6.2], [12.0, 0.0, -6.0])],
+        vec![slab([-11.2, -12.0, -12.0], [-11.0, 0.0, 12.0])],
+    ]);
+    scene.add(vec![vec![(Shape::Level { y: 0.0 }, Texture::Tiles { size: 0.5 })]]);
+    let view = |i: usize| {
+        let yaw = std::f64::consts::TAU * i as f64 / count as f64;
+        let held = V::new(libm::sin(yaw), 0.05 * libm::sin(3.0 * yaw), libm::cos(yaw)) * 0.3;
+        let camera = Camera::new(&Pose { centre: first.centre + held, yaw, ..first }, width, height);
+        scene.view(Camera { distortion, ..camera }, width, height, true)
+    };
+    Views((0..count).map(view).collect())
 }

@@ -1,153 +1,162 @@
 //! Which geometry explains all photos: cameras with parallax, cameras that turned, or homographies.
 
-use nalgebra::Matrix3;
-
 use super::bundle::Freedom;
-use super::growth::{LANDMARKS, finish, grow};
+use super::growth::{LANDMARKS, around, finish, grow};
 use super::homographies::Chain;
 use super::lens::{COUNT_RATIO, with_distortion};
+use super::loops::{Rotations, close_loops};
 use super::placing::TOLERANCE;
-use super::relative_pose::{RelativePose, relative_pose, turn};
-use super::rotations::{average, contradiction};
+use super::relative_pose::{relative_pose, turn};
+use super::rotations::{are_wide, average};
 use super::scene::{Camera, Scene};
-use super::self_calibration::calibrate;
-use super::tracks::{Observation, Track, thinned, tracks};
+use super::self_calibration::{Focal, calibrate};
+use super::solution::{MultiView, MultiViewKind, Solved};
+use super::tracks::{Track, thinned, tracks};
 use super::{Lens, PairLink};
-use crate::geometry::{DepthSample, Distortion, Model};
-use crate::rect::diagonal;
-use crate::statistics::median;
+use crate::geometry::Distortion;
 
-/// A pair whose rotation contradicts those of the others by more than this is a wrong one, in radians.
-const CONTRADICTION: f64 = 0.12;
 /// A match counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
 const EXPLAINED: f64 = 0.0019;
 /// Cameras that only turned and explain this share of what homographies do may say what to show photos on: those of photos that did turn
 /// explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
 const ROUGHLY: f64 = 0.7;
-/// A photo needs so many exact places to be adjusted to them alone.
-const FEWEST_EXACT: usize = 20;
 
-/// What the photos were found to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MultiViewKind {
-    /// Cameras in different places.
-    Cameras,
-    /// Cameras that turned in one place, or as good as.
-    Rotations,
-    /// Photos of a plane, or of whatever homographies explain best.
-    Homographies,
+/// What cameras are found from.
+struct Pairs<'a> {
+    lenses: &'a [Lens],
+    links: &'a [PairLink],
+    root: usize,
+    may_distort: bool,
 }
 
-/// One geometry of several photos.
-#[derive(Debug, Clone)]
-pub struct MultiView {
-    /// What was found.
-    pub kind: MultiViewKind,
-    /// Pairs that take no part as they contradict the others, by their index.
-    pub contradicting: Vec<usize>,
-    /// Whether the cameras are known, and stay as they are.
-    given: bool,
-    lenses: Vec<Lens>,
-    /// Of the logarithm of the focal length.
-    prior: [f64; 2],
-    solved: Solved,
-}
-
-#[derive(Debug, Clone)]
-enum Solved {
-    Scene(Box<Scene>),
-    Chain {
-        chain: Chain,
-        links: Vec<PairLink>,
-        /// Cameras that turned, if they explain about as much.
-        turned: Option<Box<Scene>>,
-    },
-}
-
-/// A point that two photos show.
-#[derive(Debug, Clone, Copy)]
-pub struct Sight {
-    /// Their indices.
-    pub photos: [usize; 2],
-    /// Where either shows it, in pixels.
-    pub places: [[f64; 2]; 2],
-    /// Its inverse depth in the first.
-    pub depth: f64,
+/// Cameras that explain the photos.
+struct Candidate {
+    scene: Scene,
+    /// Pairs that take no part, by their index.
+    contradicting: Vec<usize>,
+    /// How many observations of each track beyond its first are explained, and how many there are.
+    explained: usize,
+    all: usize,
 }
 
 /// Finds the geometry of photos that `links` connect with `root`, which always has a place; and the lens' distortion,
 /// if it `may_distort`.
 pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort: bool) -> MultiView {
+    let pairs = Pairs { lenses, links, root, may_distort };
     let focal = calibrate(lenses, links);
-    let focals = |link: &PairLink| link.photos.map(|photo| focal.value * focal.shares[photo]);
-    let poses: Vec<Option<RelativePose>> = links.iter().map(|link| relative_pose(link, lenses, focals(link))).collect();
-    let known: Vec<RelativePose> = poses.iter().flatten().cloned().collect();
-    let rotations = average(&known, lenses.len(), root);
-    let contradicts = |pose: &RelativePose| contradiction(pose, &rotations).is_some_and(|angle| angle > CONTRADICTION);
-    let contradicting: Vec<usize> =
-        poses.iter().enumerate().filter(|(_, pose)| pose.as_ref().is_some_and(contradicts)).map(|(i, _)| i).collect();
-    let consistent: Vec<PairLink> =
-        links.iter().enumerate().filter(|(i, _)| !contradicting.contains(i)).map(|(_, link)| link.clone()).collect();
-    let poses: Vec<RelativePose> = known.into_iter().filter(|pose| !contradicts(pose)).collect();
-    let rotations = average(&poses, lenses.len(), root);
-    let tracks = tracks(lenses, &consistent);
+    let prior = focal.prior;
+    let poses = links.iter().map(|link| relative_pose(link, lenses, focal.of(link.photos)));
+    let posed = Rotations::of(poses.collect(), lenses.len(), root);
+    let mut grown = pairs.grown(&focal, &posed);
+    let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
+    let (focal, turns) = closed.unwrap_or((focal, posed));
+    let turned = pairs.turned(&focal, &turns.contradicting);
+    let more = |other: &Candidate| {
+        let more = |grown: &Candidate| COUNT_RATIO * other.explained as f64 > grown.explained as f64;
+        grown.as_ref().is_none_or(more)
+    };
+    if turned.is_wide()
+        && let Some(around) = Some(pairs.around(&turned, focal.prior)).filter(more)
+    {
+        grown = Some(around);
+    }
+    let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
+    let (kind, contradicting, solved) = choose(lenses, links, grown, turned, chain);
+    MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior, solved }
+}
 
-    let mut turned = Scene::new(lenses, focal.shares.clone(), focal.value);
-    let turns: Vec<RelativePose> = consistent.iter().filter_map(|link| turn(link, lenses, focals(link))).collect();
-    for (camera, rotation) in turned.cameras.iter_mut().zip(average(&turns, lenses.len(), root)) {
-        *camera = rotation.map(Camera::turned);
+impl Pairs<'_> {
+    fn consistent(&self, contradicting: &[usize]) -> Vec<PairLink> {
+        let all = self.links.iter().enumerate();
+        all.filter(|(i, _)| !contradicting.contains(i)).map(|(_, link)| link.clone()).collect()
     }
-    // For a comparison, and where it is chosen it has few unknowns.
-    finish(&mut turned, &thinned(&tracks, lenses.len(), LANDMARKS), root, Freedom::ROTATIONS, focal.prior);
-    turned.triangulate(&tracks, TOLERANCE);
-    let mut grown = grow(lenses, &focal, &tracks, &poses, &rotations);
-    if may_distort {
-        turned = with_distortion(turned, &tracks, root, Freedom::ROTATIONS, focal.prior);
-        grown = grown.map(|scene| with_distortion(scene, &tracks, root, Freedom::POSES, focal.prior));
+
+    /// Cameras that only turned.
+    fn turned(&self, focal: &Focal, contradicting: &[usize]) -> Candidate {
+        let (lenses, links) = (self.lenses, self.consistent(contradicting));
+        let turns = links.iter().filter_map(|link| turn(link, lenses, focal.of(link.photos)));
+        let rotations = average(&turns.collect::<Vec<_>>(), lenses.len(), self.root);
+        let mut scene = Scene::new(lenses, focal.shares.clone(), focal.value);
+        for (camera, rotation) in scene.cameras.iter_mut().zip(rotations) {
+            *camera = rotation.map(Camera::turned);
+        }
+        let tracks = tracks(lenses, &links);
+        // For a comparison, and where it is chosen it has few unknowns.
+        finish(&mut scene, &thinned(&tracks, lenses.len(), LANDMARKS), self.root, Freedom::ROTATIONS, focal.prior);
+        scene.triangulate(&tracks, TOLERANCE);
+        self.candidate(scene, &tracks, contradicting, Freedom::ROTATIONS, focal.prior)
     }
-    let chain = Chain::of(lenses, links, &turned.diagonals, root);
-    let (kind, solved) = choose(lenses, links, &tracks, grown, turned, chain);
-    MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior: focal.prior, solved }
+
+    /// Cameras in different places.
+    fn grown(&self, focal: &Focal, rotations: &Rotations) -> Option<Candidate> {
+        let tracks = tracks(self.lenses, &self.consistent(&rotations.contradicting));
+        let scene = grow(self.lenses, focal, &tracks, &rotations.poses, &rotations.photos)?;
+        Some(self.candidate(scene, &tracks, &rotations.contradicting, Freedom::POSES, focal.prior))
+    }
+
+    /// Cameras in different places around the one that others turned in.
+    fn around(&self, turned: &Candidate, prior: [f64; 2]) -> Candidate {
+        let tracks = tracks(self.lenses, &self.consistent(&turned.contradicting));
+        let freedom = Freedom { distortion: self.may_distort, ..Freedom::POSES };
+        let scene = around(&turned.scene, &tracks, self.root, freedom, prior);
+        self.candidate(scene, &tracks, &turned.contradicting, Freedom::POSES, prior)
+    }
+
+    fn candidate(
+        &self,
+        mut scene: Scene,
+        tracks: &[Track],
+        contradicting: &[usize],
+        freedom: Freedom,
+        prior: [f64; 2],
+    ) -> Candidate {
+        if self.may_distort {
+            scene = with_distortion(scene, tracks, self.root, freedom, prior);
+        }
+        let close = |photo: usize, distance: f64| distance < EXPLAINED * scene.diagonals[photo];
+        let seen = scene.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(move |o| (landmark, o)));
+        let explained = seen.filter(|(landmark, o)| close(o.photo, scene.distance(landmark, o))).count();
+        let all = tracks.iter().map(|track| track.len() - 1).sum();
+        Candidate { scene, contradicting: contradicting.to_vec(), explained, all }
+    }
+}
+
+impl Candidate {
+    fn is_wide(&self) -> bool {
+        let rotations = self.scene.cameras.iter().map(|camera| camera.map(|camera| camera.rotation));
+        are_wide(&rotations.collect::<Vec<_>>())
+    }
 }
 
 fn choose(
     lenses: &[Lens],
     links: &[PairLink],
-    tracks: &[Track],
-    grown: Option<Scene>,
-    turned: Scene,
+    grown: Option<Candidate>,
+    turned: Candidate,
     chain: Chain,
-) -> (MultiViewKind, Solved) {
-    let explained = [
-        grown.as_ref().map_or(0.0, |scene| explained_by_scene(scene, tracks)),
-        explained_by_scene(&turned, tracks),
-        explained_by_chain(&chain, lenses, links),
-    ];
+) -> (MultiViewKind, Vec<usize>, Solved) {
+    let all = grown.as_ref().map_or(0, |grown| grown.all).max(turned.all).max(1);
+    let share = |candidate: &Candidate| candidate.explained as f64 / all as f64;
+    let (by_turning, by_chain) = (share(&turned), explained_by_chain(&chain, lenses, links));
+    // Homographies show only what is before all cameras.
+    let wide = turned.is_wide() && by_turning >= ROUGHLY * by_chain;
     // To different places and depth the distortion of a lens in one place looks like parallax.
-    let distorted = turned.distortion != Distortion::default() && explained[1] >= COUNT_RATIO * explained[0];
-    match grown {
-        Some(scene) if explained[0] > explained[2] && !distorted => {
-            (MultiViewKind::Cameras, Solved::Scene(Box::new(scene)))
+    let distorted = turned.scene.distortion != Distortion::default();
+    let least = if wide { by_turning } else { by_chain };
+    let chosen = |grown: &Candidate| share(grown) > least && !(distorted && by_turning >= COUNT_RATIO * share(grown));
+    match grown.filter(chosen) {
+        Some(Candidate { scene, contradicting, .. }) => {
+            (MultiViewKind::Cameras, contradicting, Solved::Scene(Box::new(scene)))
         }
-        _ if explained[1] >= 0.9 * explained[2] => (MultiViewKind::Rotations, Solved::Scene(Box::new(turned))),
-        _ => {
-            let turned = (explained[1] >= ROUGHLY * explained[2]).then(|| Box::new(turned));
-            (MultiViewKind::Homographies, Solved::Chain { chain, links: links.to_vec(), turned })
+        None if wide || by_turning >= 0.9 * by_chain => {
+            (MultiViewKind::Rotations, turned.contradicting, Solved::Scene(Box::new(turned.scene)))
+        }
+        None => {
+            let roughly = (by_turning >= ROUGHLY * by_chain).then(|| Box::new(turned.scene));
+            let solved = Solved::Chain { chain, links: links.to_vec(), turned: roughly };
+            (MultiViewKind::Homographies, turned.contradicting, solved)
         }
     }
-}
-
-/// The share of all observations beyond the first of each track that landmarks explain.
-fn explained_by_scene(scene: &Scene, tracks: &[Track]) -> f64 {
-    let all: usize = tracks.iter().map(|track| track.len() - 1).sum();
-    let close = |photo: usize, distance: f64| distance < EXPLAINED * scene.diagonals[photo];
-    let explained = scene
-        .landmarks
-        .iter()
-        .flat_map(|landmark| landmark.seen.iter().map(move |o| (landmark, o)))
-        .filter(|(landmark, o)| close(o.photo, scene.distance(landmark, o)))
-        .count();
-    explained as f64 / all.max(1) as f64
 }
 
 /// The share of all matches that homographies explain.
@@ -163,185 +172,4 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
         }
     }
     explained as f64 / all.max(1) as f64
-}
-
-impl MultiView {
-    /// Cameras that are known, one per lens, each of which has its focal length: `links` only make landmarks.
-    pub fn given(lenses: &[Lens], cameras: &[Camera], links: &[PairLink]) -> Self {
-        let focal = calibrate(lenses, links);
-        let mut scene = Scene::new(lenses, focal.shares, focal.value);
-        scene.cameras = cameras.iter().copied().map(Some).collect();
-        scene.triangulate(&tracks(lenses, links), TOLERANCE);
-        let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > 0.0);
-        let kind = if moved { MultiViewKind::Cameras } else { MultiViewKind::Rotations };
-        let solved = Solved::Scene(Box::new(scene));
-        Self { kind, contradicting: Vec::new(), given: true, lenses: lenses.to_vec(), prior: focal.prior, solved }
-    }
-
-    /// Whether the cameras were known before.
-    pub fn is_given(&self) -> bool {
-        self.given
-    }
-
-    /// The distortion of the photos' lens; `None` where there is none to speak of.
-    pub fn distortion(&self) -> Option<Distortion> {
-        let Solved::Scene(scene) = &self.solved else { return None };
-        Some(scene.distortion).filter(|distortion| distortion.0 != 0.0)
-    }
-
-    /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
-    pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
-        let Solved::Scene(scene) = &mut self.solved else { return };
-        for ((lens, &frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
-            *share *= diagonal(lens.size) / diagonal(frame);
-            lens.size = frame;
-        }
-        scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
-        scene.distortion = Distortion::default();
-        scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
-    }
-
-    /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
-    pub fn refine(&mut self, links: &[PairLink]) {
-        let tracks = tracks(&self.lenses, links);
-        let enough = thinned(&tracks, self.lenses.len(), LANDMARKS);
-        self.adjust_to(&enough);
-        if enough.len() < tracks.len()
-            && let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
-        {
-            scene.triangulate(&tracks, TOLERANCE);
-        }
-    }
-
-    /// Adjusts the cameras once more when `sharpen` has said where exactly photos show what others do: to these places alone, as
-    /// long as each photo has some.
-    pub fn sharpen(&mut self, sharpen: &mut dyn FnMut(&Sight) -> Option<[f64; 2]>) {
-        let Solved::Scene(scene) = &self.solved else { return };
-        let (mut all, mut exact) = (Vec::new(), Vec::new());
-        let mut counts = vec![0; self.lenses.len()];
-        for landmark in &scene.landmarks {
-            let anchor = landmark.anchor;
-            let mut tracks = [vec![anchor], vec![anchor]];
-            for o in &landmark.seen {
-                let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
-                let sight = Sight { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
-                let place = sharpen(&sight).map(|place| self.lenses[o.photo].centred(place));
-                tracks[0].push(Observation { place: place.unwrap_or(o.place), ..*o });
-                if let Some(place) = place {
-                    tracks[1].push(Observation { place, ..*o });
-                    counts[o.photo] += 1;
-                    counts[anchor.photo] += 1;
-                }
-            }
-            let [one, other] = tracks;
-            all.push(one);
-            exact.extend(Some(other).filter(|track| track.len() > 1));
-        }
-        let enough = |(count, camera): (&usize, &Option<Camera>)| camera.is_none() || *count >= FEWEST_EXACT;
-        if counts.iter().zip(&scene.cameras).all(enough) {
-            self.adjust_to(&exact);
-            if let Solved::Scene(scene) = &mut self.solved {
-                scene.triangulate(&all, TOLERANCE);
-            }
-        }
-    }
-
-    fn adjust_to(&mut self, tracks: &[Track]) {
-        if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
-            && let Some(first) = scene.cameras.iter().position(Option::is_some)
-        {
-            if self.given {
-                scene.triangulate(tracks, TOLERANCE);
-            } else {
-                finish(scene, tracks, first, Freedom::POSES, self.prior);
-            }
-        }
-    }
-
-    /// Whether a photo has a place.
-    pub fn is_placed(&self, photo: usize) -> bool {
-        match &self.solved {
-            Solved::Scene(scene) => scene.cameras[photo].is_some(),
-            Solved::Chain { chain, .. } => chain.to_root[photo].is_some(),
-        }
-    }
-
-    /// The cameras; with homographies those that explain them roughly, if there are any.
-    fn cameras(&self) -> Option<&Scene> {
-        match &self.solved {
-            Solved::Scene(scene) => Some(scene),
-            Solved::Chain { turned, .. } => turned.as_deref(),
-        }
-    }
-
-    /// The camera of a photo; `None` without a place. With homographies it is an approximation, if there is one.
-    pub fn camera(&self, photo: usize) -> Option<Camera> {
-        self.cameras()?.cameras[photo]
-    }
-
-    /// The focal length of a photo in pixels; as [`MultiView::camera`].
-    pub fn focal(&self, photo: usize) -> Option<f64> {
-        self.cameras().map(|scene| scene.focal(photo) * scene.diagonals[photo])
-    }
-
-    /// From rays in a camera's axes to its photo's pixels, and back; as [`MultiView::camera`].
-    pub fn calibration(&self, photo: usize) -> Option<[Matrix3<f64>; 2]> {
-        self.cameras().map(|scene| self.lenses[photo].calibration(scene.focal(photo)))
-    }
-
-    /// The map from one photo to another, in pixels, d being 1/z in the cameras' unit. `None` unless both have a place.
-    pub fn model(&self, photos: [usize; 2]) -> Option<Model> {
-        match &self.solved {
-            Solved::Scene(scene) => scene.model(&self.lenses, photos),
-            Solved::Chain { chain, .. } => {
-                let [from, to] = photos.map(|photo| &self.lenses[photo]);
-                Some(Model::homography(to.to_pixels() * (chain.between(photos)? * from.to_centred())))
-            }
-        }
-    }
-
-    /// Landmarks as a photo sees them, with their inverse depth there; the parallax is that in photo `other`. None without
-    /// parallax.
-    pub fn samples(&self, photo: usize, other: usize) -> Vec<DepthSample> {
-        let (Solved::Scene(scene), MultiViewKind::Cameras) = (&self.solved, self.kind) else { return Vec::new() };
-        let (Some(model), lens) = (self.model([photo, other]), &self.lenses[photo]) else { return Vec::new() };
-        let mut samples = Vec::new();
-        for landmark in &scene.landmarks {
-            let found = if landmark.anchor.photo == photo {
-                Some((landmark.anchor.place, landmark.depth))
-            } else {
-                let seen = landmark.seen.iter().find(|o| o.photo == photo);
-                seen.and_then(|o| Some((o.place, landmark.depth / scene.appearance(landmark, o)?.point[2])))
-            };
-            if let Some((place, depth)) = found {
-                let point = lens.pixel(place);
-                let parallax = model.parallax(point, depth);
-                if depth.is_finite() && parallax.is_normal() {
-                    samples.push(DepthSample { point, depth, parallax });
-                }
-            }
-        }
-        samples
-    }
-
-    /// The median error of a photo's matches in pixels; `None` without any.
-    pub fn error(&self, photo: usize) -> Option<f64> {
-        let mut errors = Vec::new();
-        match &self.solved {
-            Solved::Scene(scene) => {
-                for landmark in &scene.landmarks {
-                    for o in landmark.seen.iter().filter(|o| o.photo == photo || landmark.anchor.photo == photo) {
-                        errors.push(scene.distance(landmark, o));
-                    }
-                }
-            }
-            Solved::Chain { links, .. } => {
-                for link in links.iter().filter(|link| link.photos.contains(&photo)) {
-                    let Some(model) = self.model(link.photos) else { continue };
-                    errors.extend(link.matches.iter().filter_map(|m| model.transfer_error(m.target, 0.0, m.reference)));
-                }
-            }
-        }
-        median(errors)
-    }
 }

@@ -1,7 +1,7 @@
 //! Positions of the cameras, one photo after another: rotations are known from averaging, so that two landmarks place a
 //! camera.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
 use super::bundle::{Freedom, adjust};
@@ -75,6 +75,17 @@ pub(super) fn grow(
     }
     finish(&mut scene, all, first, Freedom::POSES, focal.prior);
     Some(scene)
+}
+
+/// A scene that starts from cameras that were found to turn, as if held at arm's length: each is one unit ahead, along its optical axis, of
+/// the point that all turn around. One photo after another, what is wrong with each would add up along a full turn.
+pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
+    let mut scene = turned.clone();
+    for camera in scene.cameras.iter_mut().flatten() {
+        camera.translation = -Vector3::z();
+    }
+    finish(&mut scene, tracks, root, freedom, prior);
+    scene
 }
 
 /// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance: at last of all of them.

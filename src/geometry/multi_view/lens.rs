@@ -12,7 +12,7 @@ use crate::geometry::Distortion;
 const NOISE_RATIO: f64 = 0.89;
 pub(super) const COUNT_RATIO: f64 = 0.98;
 
-/// The finished scene with the distortion that explains it, if that does so clearly better than none.
+/// The finished scene with the distortion that explains it, if that does so clearly better than none: else without any.
 pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
     let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
     let adjusted = |scene: &Scene, freedom: Freedom| {
@@ -29,6 +29,8 @@ pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freed
         scene
     };
     let distorted = adjusted(&scene, Freedom { distortion: true, ..freedom });
+    let straight = |scene: &Scene| adjusted(&Scene { distortion: Distortion::default(), ..scene.clone() }, freedom);
+    let scene = if scene.distortion == Distortion::default() { scene } else { straight(&scene) };
     let noise = |scene: &Scene| scene.residual_noise().unwrap_or(f64::INFINITY);
     let explained = |scene: &Scene| scene.landmarks.iter().map(|landmark| landmark.seen.len()).sum::<usize>() as f64;
     let better = |other: &Scene| {
@@ -39,6 +41,5 @@ pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freed
         return scene;
     }
     // It may have led to a better place that is as good without it.
-    let straight = adjusted(&Scene { distortion: Distortion::default(), ..distorted.clone() }, freedom);
-    if better(&straight) { distorted } else { scene }
+    if better(&straight(&distorted)) { distorted } else { scene }
 }

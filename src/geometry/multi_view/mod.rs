@@ -15,17 +15,20 @@ mod growth;
 mod homographies;
 mod least_squares;
 mod lens;
+mod loops;
 mod placing;
 mod relative_pose;
 mod rotations;
 mod scene;
 mod self_calibration;
+mod solution;
 mod tracks;
 
-pub use choice::{MultiView, MultiViewKind, Sight, multi_view};
+pub use choice::multi_view;
 pub(crate) use least_squares::Equations;
 pub use scene::Camera;
 pub(crate) use self_calibration::pair_focal;
+pub use solution::{MultiView, MultiViewKind, Sight};
 
 use nalgebra::{Matrix3, Vector3};
 

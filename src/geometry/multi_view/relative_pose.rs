@@ -31,11 +31,7 @@ type Rays = [Vector3<f64>; 2];
 
 /// The pose of a pair; `focals` are those of its photos, in diagonals. `None` if the pair has none.
 pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
-    let rays: Vec<Rays> = link
-        .centred_matches(lenses)
-        .iter()
-        .map(|ends| [0, 1].map(|k| Vector3::new(ends[k][0] / focals[k], ends[k][1] / focals[k], 1.0)))
-        .collect();
+    let rays = rays(link, lenses, focals);
     let model = link.centred(lenses);
     let pose = |rotation, direction| RelativePose {
         photos: link.photos,
@@ -63,10 +59,20 @@ pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) 
     Some(pose(rotation, Some(direction)))
 }
 
-/// The rotation that comes closest to the homography of a pair's dominant plane: its motion, if the cameras only turned.
+/// The rotation that comes closest to the matches of a pair: its motion, if the cameras only turned. It hardly depends on how the lens
+/// distorts, as the perspective in a homography or an essential matrix does.
 pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
-    let rotation = nearest_rotation(calibrated(&link.centred(lenses).h, focals))?;
+    let sum = rays(link, lenses, focals)
+        .iter()
+        .fold(Matrix3::zeros(), |sum, [from, to]| sum + to.normalize() * from.normalize().transpose());
+    let rotation = nearest_rotation(sum)?;
     Some(RelativePose { photos: link.photos, rotation, direction: None, weight: link.matches.len() as f64 })
+}
+
+/// The rays of a pair's matches in the axes of either camera.
+fn rays(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Vec<Rays> {
+    let ray = |[x, y]: [f64; 2], focal: f64| Vector3::new(x / focal, y / focal, 1.0);
+    link.centred_matches(lenses).iter().map(|ends| [0, 1].map(|k| ray(ends[k], focals[k]))).collect()
 }
 
 /// The four motions of an essential matrix (B. Horn, *Recovering Baseline and Orientation from Essential Matrix*, 1990).

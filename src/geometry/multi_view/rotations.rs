@@ -11,6 +11,8 @@ use crate::geometry::calibrated::small_rotation;
 const ROUNDS: usize = 30;
 /// What counts as noise of a pair's rotation, in radians: beyond it a pair loses weight.
 const NOISE: f64 = 0.01;
+/// What looks farther apart than this, in radians, cannot be shown on one plane.
+const WIDE: f64 = 1.1;
 
 /// The rotations of all photos that the pairs connect with `root`, whose own is the identity.
 pub(super) fn average(poses: &[RelativePose], photos: usize, root: usize) -> Vec<Option<Matrix3<f64>>> {
@@ -50,6 +52,12 @@ fn along_tree(poses: &[RelativePose], photos: usize, root: usize) -> Vec<Option<
         let Some((_, photo, rotation)) = best else { return rotations };
         rotations[photo] = Some(rotation);
     }
+}
+
+/// Whether every camera looks another way than some other one by more than [`WIDE`], so that none shows on a plane what all do.
+pub(super) fn are_wide(rotations: &[Option<Matrix3<f64>>]) -> bool {
+    let axes: Vec<_> = rotations.iter().flatten().map(|rotation| rotation.row(2).into_owned()).collect();
+    axes.iter().all(|one| axes.iter().any(|other| one.dot(other) < libm::cos(WIDE)))
 }
 
 /// One round of reweighted least squares; the largest turn.

@@ -15,7 +15,7 @@ use crate::rect::diagonal;
 /// camera.
 const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 /// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded.
-const KNOWN_FOCAL: f64 = 0.02;
+pub(super) const KNOWN_FOCAL: f64 = 0.02;
 /// Shortest and longest focal length that is tried, in diagonals, and how many.
 const RANGE: [f64; 2] = [0.3, 3.0];
 const STEPS: u32 = 60;
@@ -25,6 +25,7 @@ const GAP: f64 = 0.02;
 const CAP: f64 = 9.0;
 
 /// Focal lengths of a set of photos.
+#[derive(Debug, Clone)]
 pub(super) struct Focal {
     /// Each photo's, as a share of a common one.
     pub shares: Vec<f64>,
@@ -32,6 +33,13 @@ pub(super) struct Focal {
     pub value: f64,
     /// Mean and standard deviation of the prior of its logarithm.
     pub prior: [f64; 2],
+}
+
+impl Focal {
+    /// Those of two photos, in their diagonals.
+    pub fn of(&self, photos: [usize; 2]) -> [f64; 2] {
+        photos.map(|photo| self.value * self.shares[photo])
+    }
 }
 
 /// The focal length of the photos: as given, where any is; otherwise one for all, as a share of the diagonal.

@@ -1,0 +1,247 @@
+//! The geometry that was found for several photos, and what it says of them.
+
+use nalgebra::Matrix3;
+
+use super::bundle::Freedom;
+use super::growth::{LANDMARKS, finish};
+use super::homographies::Chain;
+use super::placing::TOLERANCE;
+use super::scene::{Camera, Scene};
+use super::self_calibration::calibrate;
+use super::tracks::{Observation, Track, thinned, tracks};
+use super::{Lens, PairLink};
+use crate::geometry::{DepthSample, Distortion, Model};
+use crate::rect::diagonal;
+use crate::statistics::median;
+
+/// A photo needs so many exact places to be adjusted to them alone.
+const FEWEST_EXACT: usize = 20;
+
+/// What the photos were found to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MultiViewKind {
+    /// Cameras in different places.
+    Cameras,
+    /// Cameras that turned in one place, or as good as.
+    Rotations,
+    /// Photos of a plane, or of whatever homographies explain best.
+    Homographies,
+}
+
+/// One geometry of several photos.
+#[derive(Debug, Clone)]
+pub struct MultiView {
+    /// What was found.
+    pub kind: MultiViewKind,
+    /// Pairs that take no part as they contradict the others, by their index.
+    pub contradicting: Vec<usize>,
+    /// Whether the cameras are known, and stay as they are.
+    pub(super) given: bool,
+    pub(super) lenses: Vec<Lens>,
+    /// Of the logarithm of the focal length.
+    pub(super) prior: [f64; 2],
+    pub(super) solved: Solved,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Solved {
+    Scene(Box<Scene>),
+    Chain {
+        chain: Chain,
+        links: Vec<PairLink>,
+        /// Cameras that turned, if they explain about as much.
+        turned: Option<Box<Scene>>,
+    },
+}
+
+/// A point that two photos show.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    /// Their indices.
+    pub photos: [usize; 2],
+    /// Where either shows it, in pixels.
+    pub places: [[f64; 2]; 2],
+    /// Its inverse depth in the first.
+    pub depth: f64,
+}
+
+impl MultiView {
+    /// Cameras that are known, one per lens, each of which has its focal length: `links` only make landmarks.
+    pub fn given(lenses: &[Lens], cameras: &[Camera], links: &[PairLink]) -> Self {
+        let focal = calibrate(lenses, links);
+        let mut scene = Scene::new(lenses, focal.shares, focal.value);
+        scene.cameras = cameras.iter().copied().map(Some).collect();
+        scene.triangulate(&tracks(lenses, links), TOLERANCE);
+        let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > 0.0);
+        let kind = if moved { MultiViewKind::Cameras } else { MultiViewKind::Rotations };
+        let solved = Solved::Scene(Box::new(scene));
+        Self { kind, contradicting: Vec::new(), given: true, lenses: lenses.to_vec(), prior: focal.prior, solved }
+    }
+
+    /// Whether the cameras were known before.
+    pub fn is_given(&self) -> bool {
+        self.given
+    }
+
+    /// The distortion of the photos' lens; `None` where there is none to speak of.
+    pub fn distortion(&self) -> Option<Distortion> {
+        let Solved::Scene(scene) = &self.solved else { return None };
+        Some(scene.distortion).filter(|distortion| distortion.0 != 0.0)
+    }
+
+    /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
+    pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
+        let Solved::Scene(scene) = &mut self.solved else { return };
+        for ((lens, &frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
+            *share *= diagonal(lens.size) / diagonal(frame);
+            lens.size = frame;
+        }
+        scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
+        scene.distortion = Distortion::default();
+        scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
+    }
+
+    /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
+    pub fn refine(&mut self, links: &[PairLink]) {
+        let tracks = tracks(&self.lenses, links);
+        let enough = thinned(&tracks, self.lenses.len(), LANDMARKS);
+        self.adjust_to(&enough);
+        if enough.len() < tracks.len()
+            && let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
+        {
+            scene.triangulate(&tracks, TOLERANCE);
+        }
+    }
+
+    /// Adjusts the cameras once more when `sharpen` has said where exactly photos show what others do: to these places alone, as
+    /// long as each photo has some.
+    pub fn sharpen(&mut self, sharpen: &mut dyn FnMut(&Sight) -> Option<[f64; 2]>) {
+        let Solved::Scene(scene) = &self.solved else { return };
+        let (mut all, mut exact) = (Vec::new(), Vec::new());
+        let mut counts = vec![0; self.lenses.len()];
+        for landmark in &scene.landmarks {
+            let anchor = landmark.anchor;
+            let mut tracks = [vec![anchor], vec![anchor]];
+            for o in &landmark.seen {
+                let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
+                let sight = Sight { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
+                let place = sharpen(&sight).map(|place| self.lenses[o.photo].centred(place));
+                tracks[0].push(Observation { place: place.unwrap_or(o.place), ..*o });
+                if let Some(place) = place {
+                    tracks[1].push(Observation { place, ..*o });
+                    counts[o.photo] += 1;
+                    counts[anchor.photo] += 1;
+                }
+            }
+            let [one, other] = tracks;
+            all.push(one);
+            exact.extend(Some(other).filter(|track| track.len() > 1));
+        }
+        let enough = |(count, camera): (&usize, &Option<Camera>)| camera.is_none() || *count >= FEWEST_EXACT;
+        if counts.iter().zip(&scene.cameras).all(enough) {
+            self.adjust_to(&exact);
+            if let Solved::Scene(scene) = &mut self.solved {
+                scene.triangulate(&all, TOLERANCE);
+            }
+        }
+    }
+
+    fn adjust_to(&mut self, tracks: &[Track]) {
+        if let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
+            && let Some(first) = scene.cameras.iter().position(Option::is_some)
+        {
+            if self.given {
+                scene.triangulate(tracks, TOLERANCE);
+            } else {
+                finish(scene, tracks, first, Freedom::POSES, self.prior);
+            }
+        }
+    }
+
+    /// Whether a photo has a place.
+    pub fn is_placed(&self, photo: usize) -> bool {
+        match &self.solved {
+            Solved::Scene(scene) => scene.cameras[photo].is_some(),
+            Solved::Chain { chain, .. } => chain.to_root[photo].is_some(),
+        }
+    }
+
+    /// The cameras; with homographies those that explain them roughly, if there are any.
+    fn cameras(&self) -> Option<&Scene> {
+        match &self.solved {
+            Solved::Scene(scene) => Some(scene),
+            Solved::Chain { turned, .. } => turned.as_deref(),
+        }
+    }
+
+    /// The camera of a photo; `None` without a place. With homographies it is an approximation, if there is one.
+    pub fn camera(&self, photo: usize) -> Option<Camera> {
+        self.cameras()?.cameras[photo]
+    }
+
+    /// The focal length of a photo in pixels; as [`MultiView::camera`].
+    pub fn focal(&self, photo: usize) -> Option<f64> {
+        self.cameras().map(|scene| scene.focal(photo) * scene.diagonals[photo])
+    }
+
+    /// From rays in a camera's axes to its photo's pixels, and back; as [`MultiView::camera`].
+    pub fn calibration(&self, photo: usize) -> Option<[Matrix3<f64>; 2]> {
+        self.cameras().map(|scene| self.lenses[photo].calibration(scene.focal(photo)))
+    }
+
+    /// The map from one photo to another, in pixels, d being 1/z in the cameras' unit. `None` unless both have a place.
+    pub fn model(&self, photos: [usize; 2]) -> Option<Model> {
+        match &self.solved {
+            Solved::Scene(scene) => scene.model(&self.lenses, photos),
+            Solved::Chain { chain, .. } => {
+                let [from, to] = photos.map(|photo| &self.lenses[photo]);
+                Some(Model::homography(to.to_pixels() * (chain.between(photos)? * from.to_centred())))
+            }
+        }
+    }
+
+    /// Landmarks as a photo sees them, with their inverse depth there; the parallax is that in photo `other`. None without
+    /// parallax.
+    pub fn samples(&self, photo: usize, other: usize) -> Vec<DepthSample> {
+        let (Solved::Scene(scene), MultiViewKind::Cameras) = (&self.solved, self.kind) else { return Vec::new() };
+        let (Some(model), lens) = (self.model([photo, other]), &self.lenses[photo]) else { return Vec::new() };
+        let mut samples = Vec::new();
+        for landmark in &scene.landmarks {
+            let found = if landmark.anchor.photo == photo {
+                Some((landmark.anchor.place, landmark.depth))
+            } else {
+                let seen = landmark.seen.iter().find(|o| o.photo == photo);
+                seen.and_then(|o| Some((o.place, landmark.depth / scene.appearance(landmark, o)?.point[2])))
+            };
+            if let Some((place, depth)) = found {
+                let point = lens.pixel(place);
+                let parallax = model.parallax(point, depth);
+                if depth.is_finite() && parallax.is_normal() {
+                    samples.push(DepthSample { point, depth, parallax });
+                }
+            }
+        }
+        samples
+    }
+
+    /// The median error of a photo's matches in pixels; `None` without any.
+    pub fn error(&self, photo: usize) -> Option<f64> {
+        let mut errors = Vec::new();
+        match &self.solved {
+            Solved::Scene(scene) => {
+                for landmark in &scene.landmarks {
+                    for o in landmark.seen.iter().filter(|o| o.photo == photo || landmark.anchor.photo == photo) {
+                        errors.push(scene.distance(landmark, o));
+                    }
+                }
+            }
+            Solved::Chain { links, .. } => {
+                for link in links.iter().filter(|link| link.photos.contains(&photo)) {
+                    let Some(model) = self.model(link.photos) else { continue };
+                    errors.extend(link.matches.iter().filter_map(|m| model.transfer_error(m.target, 0.0, m.reference)));
+                }
+            }
+        }
+        median(errors)
+    }
+}
