@@ -6,7 +6,7 @@ use super::given::given_depth;
 use super::planes::plane_depth_of;
 use super::views::Views;
 use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
-use crate::geometry::{DepthSample, Model, MultiView, PairLink, dominant_plane, plane_depth};
+use crate::geometry::{DepthSample, Model, MultiView, MultiViewKind, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
 use crate::metrics::bending;
 use crate::observer::{Observer, Portion, Subject};
@@ -124,7 +124,21 @@ pub(super) fn depths(
             done += 1.0;
         }
     }
+    if geometry.kind == MultiViewKind::Cameras {
+        for &photo in used {
+            if depths[photo].is_none() {
+                depths[photo] = Some(flat(photo, used, photos[photo].size(), geometry)?);
+            }
+        }
+    }
     Ok(depths)
+}
+
+/// The depth of a photo that was taken where its neighbours were, so that nothing else is known of it: that of its landmarks, or infinity.
+fn flat(photo: usize, used: &[usize], size: (usize, usize), geometry: &MultiView) -> Result<PhotoDepth> {
+    let samples = used.iter().flat_map(|other| geometry.samples(photo, *other));
+    let depth = median(samples.map(|sample| sample.depth).collect()).unwrap_or(0.0);
+    Ok(PhotoDepth { map: InverseDepth::constant(depth as f32, size.0, size.1)?, prediction_error: 0.0, given: false })
 }
 
 /// What is known of a photo but for what is on planes, where nothing is textured; and what the planes and other photos say of the rest.
