@@ -23,8 +23,9 @@ const FEWEST: usize = 12;
 const RETURN: f64 = 0.01;
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
-/// An overlap that all others contradict by more than this, in logarithms of light, loses weight.
-const NOISE: f64 = 0.03;
+/// An overlap that all others contradict by more than this, in logarithms of light, loses weight (Huber). Not more than that: a full turn
+/// that does not close is then put right a little everywhere.
+const NOISE: f64 = 0.1;
 /// Pull towards what the camera recorded, in cells; and towards it for the reference, which stays as it is.
 const PRIOR: f64 = 0.1;
 const FIXED: f64 = 1e9;
@@ -145,7 +146,8 @@ fn overlap(
     (count >= FEWEST).then_some(Overlap { photos: [a, b], ratio: [red?, green?, blue?], count: count as f64 })
 }
 
-/// The gains of least squares over all overlaps, reweighted so that one of something that moved counts little.
+/// The gains of least squares over all overlaps, reweighted so that one of something that moved counts little: in no channel, lest it be
+/// coloured.
 fn solve(photos: usize, reference: usize, overlaps: &[Overlap]) -> Vec<Option<[f64; 3]>> {
     let mut tied = vec![false; photos];
     tied[reference] = true;
@@ -155,25 +157,30 @@ fn solve(photos: usize, reference: usize, overlaps: &[Overlap]) -> Vec<Option<[f
             (tied[a], tied[b]) = (either, either);
         }
     }
-    let mut gains = vec![[1.0; 3]; photos];
-    for c in 0..3 {
-        let mut own = vec![0.0; photos];
-        for _ in 0..ROUNDS {
-            let mut equations = Equations::zeros(photos);
-            for (photo, own) in own.iter().enumerate() {
-                let stay = if photo == reference { FIXED } else { PRIOR };
+    // Logarithms.
+    let mut gains = vec![[0.0; 3]; photos];
+    for _ in 0..ROUNDS {
+        let mut equations = [(); 3].map(|()| Equations::zeros(photos));
+        for (photo, own) in gains.iter().enumerate() {
+            let stay = if photo == reference { FIXED } else { PRIOR };
+            for (equations, own) in equations.iter_mut().zip(own) {
                 equations.add(photo, photo, stay);
                 equations.gradient[photo] += stay * own;
             }
-            for &Overlap { photos: [a, b], ratio, count } in overlaps {
-                let error = own[b] - own[a] + ratio[c];
-                let weight = count / (1.0 + (error / NOISE) * (error / NOISE));
+        }
+        for &Overlap { photos: [a, b], ratio, count } in overlaps {
+            let errors = [0, 1, 2].map(|c| gains[b][c] - gains[a][c] + ratio[c]);
+            let size = errors.iter().map(|error| error * error).sum::<f64>().sqrt();
+            let weight = count * (NOISE / size.max(NOISE));
+            for (equations, error) in equations.iter_mut().zip(errors) {
                 equations.add_residual(&[(a, [-1.0, 0.0]), (b, [1.0, 0.0])], [error, 0.0], weight);
             }
-            let Some(step) = equations.solve() else { break };
-            own.iter_mut().zip(step.iter()).for_each(|(own, step)| *own += step);
         }
-        gains.iter_mut().zip(own).for_each(|(gains, own)| gains[c] = libm::exp(own));
+        for (c, equations) in equations.into_iter().enumerate() {
+            let Some(step) = equations.solve() else { continue };
+            gains.iter_mut().zip(step.iter()).for_each(|(own, step)| own[c] += step);
+        }
     }
-    gains.into_iter().zip(tied).map(|(gains, tied)| tied.then_some(gains)).collect()
+    let gains = gains.into_iter().map(|own| own.map(libm::exp));
+    gains.zip(tied).map(|(gains, tied)| tied.then_some(gains)).collect()
 }
