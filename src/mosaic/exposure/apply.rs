@@ -9,6 +9,8 @@ use crate::{Image, Result, Stage};
 
 /// Where highlights are kept, what they are compressed from.
 const KNEE: f32 = 0.7;
+/// Levels from which all three channels may be clipped, and surely are: what is white then stays without colour.
+const CLIPPED: [u8; 2] = [232, 250];
 
 /// Multiplies the linear light of every pixel by the gain at its place. To keep highlights, what is brightened beyond the knee is
 /// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4).
@@ -48,7 +50,7 @@ pub(super) fn apply(
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
                 let gain = gain + slope * f32x4::splat(x as f32);
                 let light = |c: usize| scaled[usize::from(pixel[c])][c];
-                let mut light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain;
+                let mut light = unless_clipped(f32x4::new([light(0), light(1), light(2), 0.0]) * gain, *pixel);
                 if keep_highlights {
                     light = compressed(light, white * gain);
                 }
@@ -59,6 +61,19 @@ pub(super) fn apply(
         }
     }
     Ok(())
+}
+
+/// Light that a pixel was given: the more it was clipped in all channels before, the more of it is gray.
+#[inline]
+fn unless_clipped(light: f32x4, [red, green, blue, _]: [u8; 4]) -> f32x4 {
+    let [from, to] = CLIPPED;
+    let least = red.min(green).min(blue);
+    if least <= from {
+        return light;
+    }
+    let [r, g, b, _] = light.to_array();
+    let share = f32::from(least.min(to) - from) / f32::from(to - from);
+    light + (f32x4::splat(0.25 * (r + 2.0 * g + b)) - light) * f32x4::splat(share)
 }
 
 /// Light that is multiplied, in table steps, given what white becomes.
