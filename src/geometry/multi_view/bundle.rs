@@ -1,5 +1,5 @@
-//! Bundle adjustment: poses, one focal length, one coefficient of distortion, and one inverse depth per landmark, by Levenberg–Marquardt on robust
-//! reprojection errors. The landmarks are eliminated (Schur complement); what is left has six unknowns a photo and is solved
+//! Bundle adjustment: poses, one focal length, ratios to it where photos have their own, one coefficient of distortion, and one inverse
+//! depth per landmark, by Levenberg–Marquardt on robust reprojection errors. The landmarks are eliminated (Schur complement); what is left has six or seven unknowns a photo and is solved
 //! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -16,6 +16,8 @@ use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 const DEPTH_PRIOR: f64 = 2.0;
 /// The standard deviation of the coefficient of distortion, about 0.
 const DISTORTION_PRIOR: f64 = 0.15;
+/// The standard deviation of the logarithm of a photo's share of the focal length where it is unknown, about that of its first estimate.
+const SHARE_PRIOR: f64 = 0.1;
 /// Where least squares stop: when a step reduces the cost by less than this fraction.
 const TOLERANCE: f64 = 1e-6;
 
@@ -69,6 +71,13 @@ impl LeastSquares for Reprojection {
             equations.common.gradient[1] += weight * k;
             equations.common.add(1, 1, weight);
         }
+        for (photo, at) in self.unknowns.shares.iter().enumerate() {
+            let (Some(at), Some(estimate)) = (*at, scene.estimates[photo]) else { continue };
+            let (off, weight) = (libm::log(scene.shares[photo] / estimate), 1.0 / (SHARE_PRIOR * SHARE_PRIOR));
+            equations.common.cost += 0.5 * weight * off * off;
+            equations.common.gradient[at] += weight * off;
+            equations.common.add(at, at, weight);
+        }
         equations
     }
 
@@ -77,6 +86,9 @@ impl LeastSquares for Reprojection {
         moved.focal *= libm::exp(step.common[0]);
         if self.unknowns.freedom.distortion {
             moved.distortion.0 += step.common[1];
+        }
+        for (share, at) in moved.shares.iter_mut().zip(&self.unknowns.shares) {
+            *share *= at.map_or(1.0, |at| libm::exp(step.common[at]));
         }
         for (camera, offset) in moved.cameras.iter_mut().zip(&self.unknowns.offsets) {
             if let (Some(camera), Some(at)) = (camera, *offset) {
@@ -101,11 +113,12 @@ impl LeastSquares for Reprojection {
     }
 }
 
-/// Which unknown is where: first the focal length, then the distortion, then what each photo has.
+/// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
 struct Unknowns {
     freedom: Freedom,
     /// The first one of each photo; `None` where nothing may change.
     offsets: Vec<Option<usize>>,
+    shares: Vec<Option<usize>>,
     per_photo: usize,
     count: usize,
 }
@@ -114,14 +127,16 @@ impl Unknowns {
     fn of(scene: &Scene, root: usize, freedom: Freedom) -> Self {
         let per_photo = if freedom.positions { 6 } else { 3 };
         let mut count = if freedom.distortion { 2 } else { 1 };
-        let place = |(photo, camera): (usize, &Option<Camera>)| {
-            (camera.is_some() && photo != root).then(|| {
-                count += per_photo;
-                count - per_photo
-            })
+        let (mut offsets, mut shares) = (Vec::new(), Vec::new());
+        let mut next = |is_unknown: bool, size: usize| {
+            count += if is_unknown { size } else { 0 };
+            is_unknown.then(|| count - size)
         };
-        let offsets = scene.cameras.iter().enumerate().map(place).collect();
-        Self { freedom, offsets, per_photo, count }
+        for (photo, camera) in scene.cameras.iter().enumerate() {
+            offsets.push(next(camera.is_some() && photo != root, per_photo));
+            shares.push(next(camera.is_some() && scene.estimates[photo].is_some(), 1));
+        }
+        Self { freedom, offsets, shares, per_photo, count }
     }
 }
 
@@ -169,7 +184,7 @@ impl SceneEquations {
         let weight = 1.0 / (DEPTH_PRIOR * DEPTH_PRIOR);
         let off = landmark.depth - 1.0;
         self.common.cost += 0.5 * weight * off * off;
-        let count = 2 + unknowns.per_photo * (1 + landmark.seen.len());
+        let count = 2 + (1 + unknowns.per_photo) * (1 + landmark.seen.len());
         let mut depth = DepthEquation { square: weight, gradient: weight * off, mixed: Vec::with_capacity(count) };
         for o in &landmark.seen {
             let row = Row::of(scene, unknowns, motions, landmark, o);
@@ -237,7 +252,7 @@ impl Linearised for SceneEquations {
 struct Row {
     error: [f64; 2],
     /// Unknown, and the slopes of both coordinates, in the order of the unknowns, as the anchor is the first photo of a track.
-    slopes: [(usize, [f64; 2]); 14],
+    slopes: [(usize, [f64; 2]); 16],
     count: usize,
     /// How many of them are of unknowns that belong to all observations of the landmark.
     shared: usize,
@@ -258,22 +273,26 @@ impl Row {
         let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
         let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
         let depth = slopes.map(|slope| slope.dot(t));
-        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 14], count: 0, shared: 0, depth };
+        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 16], count: 0, shared: 0, depth };
         // A longer lens enlarges this photo, and straightens the rays of the other.
         let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
-        row.put(0, [bent[0] + scale * p[0], bent[1] + scale * p[1]]);
+        let enlarged = [scale * p[0], scale * p[1]];
+        row.put(0, [0, 1].map(|k| bent[k] + enlarged[k]));
         if unknowns.freedom.distortion {
             let [of_ray, of_place] = [&landmark.anchor, o].map(|o| scene.distortion.slope(o.place));
             let (f, unit) = (scene.focal(photos[0]), scene.diagonals[o.photo]);
             let moved = of_anchor.map(|slope| (slope[0] * of_ray[0] + slope[1] * of_ray[1]) / f);
             row.put(1, [moved[0] - unit * of_place[0], moved[1] - unit * of_place[1]]);
         }
+        let [anchor, own] = photos.map(|photo| unknowns.shares[photo]);
         // ω × v = −[v]× ω; R_to Rᵀ_from exp(−ω) c moves by R [c]× ω.
         let c = ray - from?.translation * w;
         row.put_pose(unknowns, photos[0], of_anchor.map(|slope| slope.cross(&c)), of_anchor.map(|slope| slope * -w));
+        anchor.into_iter().for_each(|at| row.put(at, bent));
         row.shared = row.count;
         let v = p - to?.translation * w;
         row.put_pose(unknowns, photos[1], slopes.map(|slope| v.cross(&slope)), slopes.map(|slope| slope * w));
+        own.into_iter().for_each(|at| row.put(at, enlarged));
         Some(row)
     }
 
@@ -305,10 +324,18 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::geometry::multi_view::Lens;
+    use crate::geometry::multi_view::self_calibration::Focal;
 
     /// Three cameras, and landmarks that they see some pixels from where they are.
     fn scene() -> Scene {
-        let mut scene = Scene::new(&[Lens { size: (800, 600), focal: None }; 3], vec![1.0, 1.1, 0.9], 0.9);
+        let lenses = [Lens { size: (800, 600), focal: None }; 3];
+        let focal = Focal {
+            shares: vec![1.0, 1.1, 0.9],
+            estimates: vec![Some(1.0), None, Some(1.0)],
+            value: 0.9,
+            prior: [-0.35, 0.35],
+        };
+        let mut scene = Scene::new(&lenses, &focal);
         scene.distortion = Distortion(-0.2);
         for (i, camera) in scene.cameras.iter_mut().enumerate() {
             let i = i as f64;

@@ -4,6 +4,7 @@ use super::bundle::Freedom;
 use super::growth::{LANDMARKS, around, finish, grow};
 use super::homographies::Chain;
 use super::lens::{COUNT_RATIO, with_distortion};
+use super::lens_ratios::calibrate_each;
 use super::loops::{Rotations, close_loops};
 use super::placing::TOLERANCE;
 use super::relative_pose::{relative_pose, turn};
@@ -20,6 +21,8 @@ const EXPLAINED: f64 = 0.0019;
 /// Cameras that only turned and explain this share of what homographies do may say what to show photos on: those of photos that did turn
 /// explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
 const ROUGHLY: f64 = 0.7;
+/// Focal lengths of the photos' own explain them better than a common one at this share of its cost.
+const CLEARLY: f64 = 0.8;
 
 /// What cameras are found from.
 struct Pairs<'a> {
@@ -45,20 +48,11 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
     let pairs = Pairs { lenses, links, root, may_distort };
     let focal = calibrate(lenses, links);
     let prior = focal.prior;
-    let poses = links.iter().map(|link| relative_pose(link, lenses, focal.of(link.photos)));
-    let posed = Rotations::of(poses.collect(), lenses.len(), root);
-    let mut grown = pairs.grown(&focal, &posed);
-    let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
-    let (focal, turns) = closed.unwrap_or((focal, posed));
-    let turned = pairs.turned(&focal, &turns.contradicting);
-    let more = |other: &Candidate| {
-        let more = |grown: &Candidate| COUNT_RATIO * other.explained as f64 > grown.explained as f64;
-        grown.as_ref().is_none_or(more)
-    };
-    if turned.is_wide()
-        && let Some(around) = Some(pairs.around(&turned, focal.prior)).filter(more)
-    {
-        grown = Some(around);
+    let (mut grown, mut turned) = pairs.candidates(focal);
+    if let Some(focal) = calibrate_each(lenses, links) {
+        let (own_grown, own_turned) = pairs.candidates(focal);
+        grown = own_grown.filter(|own| own.is_better(grown.as_ref())).or(grown);
+        turned = if own_turned.is_better(Some(&turned)) { own_turned } else { turned };
     }
     let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
     let (kind, contradicting, solved) = choose(lenses, links, grown, turned, chain);
@@ -66,6 +60,27 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
 }
 
 impl Pairs<'_> {
+    /// With these focal lengths: cameras in different places, if there are any, and cameras that only turned.
+    fn candidates(&self, focal: Focal) -> (Option<Candidate>, Candidate) {
+        let (lenses, links, root) = (self.lenses, self.links, self.root);
+        let poses = links.iter().map(|link| relative_pose(link, lenses, focal.of(link.photos)));
+        let posed = Rotations::of(poses.collect(), lenses.len(), root);
+        let mut grown = self.grown(&focal, &posed);
+        let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
+        let (focal, turns) = closed.unwrap_or((focal, posed));
+        let turned = self.turned(&focal, &turns.contradicting);
+        let more = |other: &Candidate| {
+            let more = |grown: &Candidate| COUNT_RATIO * other.explained as f64 > grown.explained as f64;
+            grown.as_ref().is_none_or(more)
+        };
+        if turned.is_wide()
+            && let Some(around) = Some(self.around(&turned, focal.prior)).filter(more)
+        {
+            grown = Some(around);
+        }
+        (grown, turned)
+    }
+
     fn consistent(&self, contradicting: &[usize]) -> Vec<PairLink> {
         let all = self.links.iter().enumerate();
         all.filter(|(i, _)| !contradicting.contains(i)).map(|(_, link)| link.clone()).collect()
@@ -76,7 +91,7 @@ impl Pairs<'_> {
         let (lenses, links) = (self.lenses, self.consistent(contradicting));
         let turns = links.iter().filter_map(|link| turn(link, lenses, focal.of(link.photos)));
         let rotations = average(&turns.collect::<Vec<_>>(), lenses.len(), self.root);
-        let mut scene = Scene::new(lenses, focal.shares.clone(), focal.value);
+        let mut scene = Scene::new(lenses, focal);
         for (camera, rotation) in scene.cameras.iter_mut().zip(rotations) {
             *camera = rotation.map(Camera::turned);
         }
@@ -122,6 +137,21 @@ impl Pairs<'_> {
 }
 
 impl Candidate {
+    /// Whether it explains the photos clearly better than another does, if there is another.
+    fn is_better(&self, other: Option<&Self>) -> bool {
+        let Some(other) = other else { return true };
+        let all = self.all.max(other.all);
+        self.cost(all) < CLEARLY * other.cost(all)
+    }
+
+    /// The mean square error of `all` observations, where those that are not explained have the most that explained ones may have.
+    fn cost(&self, all: usize) -> f64 {
+        let noise = self.scene.residual_noise().unwrap_or(0.0);
+        let most = EXPLAINED * self.scene.diagonals.iter().sum::<f64>() / self.scene.diagonals.len() as f64;
+        let share = self.explained as f64 / all.max(1) as f64;
+        share * noise * noise + (1.0 - share) * most * most
+    }
+
     fn is_wide(&self) -> bool {
         let rotations = self.scene.cameras.iter().map(|camera| camera.map(|camera| camera.rotation));
         are_wide(&rotations.collect::<Vec<_>>())

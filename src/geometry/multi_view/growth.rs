@@ -34,7 +34,7 @@ pub(super) fn grow(
     poses: &[RelativePose],
     rotations: &[Option<Matrix3<f64>>],
 ) -> Option<Scene> {
-    let mut scene = Scene::new(lenses, focal.shares.clone(), focal.value);
+    let mut scene = Scene::new(lenses, focal);
     let start = start(&scene, tracks, poses, rotations)?;
     let [first, second] = start.photos;
     let direction = start.direction?;

@@ -1,6 +1,6 @@
 //! One geometry for many photos: cameras, rotations or homographies from the matches of pairs of photos.
 //!
-//! Focal length from the pairs ([`self_calibration`]), relative poses ([`relative_pose`]), rotation averaging ([`rotations`]),
+//! Focal length from the pairs ([`self_calibration`]), one for all photos or of their own ([`lens_ratios`]), relative poses ([`relative_pose`]), rotation averaging ([`rotations`]),
 //! positions one photo after another ([`growth`]), bundle adjustment of all ([`bundle`]), and the distortion of the lens ([`lens`]). Where chained homographies
 //! explain everything as well as that ([`homographies`]), they are the geometry: a scene that is flat or far says nothing of
 //! cameras.
@@ -15,6 +15,7 @@ mod growth;
 mod homographies;
 mod least_squares;
 mod lens;
+mod lens_ratios;
 mod loops;
 mod placing;
 mod relative_pose;

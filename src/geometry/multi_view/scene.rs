@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
+use super::self_calibration::Focal;
 use super::tracks::{Observation, Track};
 use crate::geometry::{Distortion, Model};
 use crate::rect::diagonal;
@@ -55,6 +56,8 @@ pub(super) struct Scene {
     pub distortion: Distortion,
     /// The focal lengths' ratios: 1 if nothing is known of any.
     pub shares: Vec<f64>,
+    /// The first estimate of the photo's share, where it is an unknown.
+    pub estimates: Vec<Option<f64>>,
     /// Pixels per diagonal.
     pub diagonals: Vec<f64>,
     pub landmarks: Vec<Landmark>,
@@ -71,12 +74,13 @@ pub(super) struct Appearance {
 }
 
 impl Scene {
-    pub fn new(lenses: &[Lens], shares: Vec<f64>, focal: f64) -> Self {
+    pub fn new(lenses: &[Lens], focal: &Focal) -> Self {
         Self {
             cameras: vec![None; lenses.len()],
-            focal,
+            focal: focal.value,
             distortion: Distortion::default(),
-            shares,
+            shares: focal.shares.clone(),
+            estimates: focal.estimates.clone(),
             diagonals: lenses.iter().map(|lens| diagonal(lens.size)).collect(),
             landmarks: Vec::new(),
             noise: MOST_NOISE,

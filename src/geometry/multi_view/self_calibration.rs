@@ -29,6 +29,8 @@ const CAP: f64 = 9.0;
 pub(super) struct Focal {
     /// Each photo's, as a share of a common one.
     pub shares: Vec<f64>,
+    /// The first estimate of each photo's share, where it is an unknown.
+    pub estimates: Vec<Option<f64>>,
     /// The common one, in diagonals.
     pub value: f64,
     /// Mean and standard deviation of the prior of its logarithm.
@@ -44,12 +46,20 @@ impl Focal {
 
 /// The focal length of the photos: as given, where any is; otherwise one for all, as a share of the diagonal.
 pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
+    let estimates = vec![None; lenses.len()];
     let known: Vec<f64> = lenses.iter().filter_map(|lens| lens.focal.map(|f| f / diagonal(lens.size))).collect();
-    if let Some(common) = crate::statistics::median(known) {
-        let share = |lens: &Lens| lens.focal.map_or(1.0, |f| f / diagonal(lens.size) / common);
-        let prior = [libm::log(common), KNOWN_FOCAL];
-        return Focal { shares: lenses.iter().map(share).collect(), value: common, prior };
+    if let Some(value) = crate::statistics::median(known) {
+        let share = |lens: &Lens| lens.focal.map_or(1.0, |f| f / diagonal(lens.size) / value);
+        let prior = [libm::log(value), KNOWN_FOCAL];
+        return Focal { shares: lenses.iter().map(share).collect(), estimates, value, prior };
     }
+    let shares = vec![1.0; lenses.len()];
+    let value = common_focal(lenses, links, &shares);
+    Focal { shares, estimates, value, prior: LOG_FOCAL }
+}
+
+/// The common focal length in diagonals, of which those of the photos are `shares`.
+pub(super) fn common_focal(lenses: &[Lens], links: &[PairLink], shares: &[f64]) -> f64 {
     let models: Vec<_> = links.iter().map(|link| (link, link.centred(lenses))).collect();
     let total: f64 = links.iter().map(|link| (link.matches.len() as f64).sqrt()).sum();
     let mut best = (f64::INFINITY, 1.0);
@@ -60,9 +70,10 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
         let off = (log_focal - LOG_FOCAL[0]) / LOG_FOCAL[1];
         let mut cost = off * off;
         for (link, model) in &models {
+            let focals = link.photos.map(|photo| f * shares[photo]);
             let matrix = match link.kind {
-                ModelKind::TwoView => essential(model, [f; 2]),
-                _ => calibrated(&model.h, [f; 2]),
+                ModelKind::TwoView => essential(model, focals),
+                _ => calibrated(&model.h, focals),
             };
             let gap = singular_value_gap(&matrix, link.kind == ModelKind::TwoView) / GAP;
             // Two pairs' worth of evidence is worth as much as the prior, whatever the number of pairs.
@@ -73,7 +84,7 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
             best = (cost, f);
         }
     }
-    Focal { shares: vec![1.0; lenses.len()], value: best.1, prior: LOG_FOCAL }
+    best.1
 }
 
 /// The focal length in pixels of the second of two photos, taken with the same lens, by the `model` from the first to it.

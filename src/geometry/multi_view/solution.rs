@@ -69,7 +69,7 @@ impl MultiView {
     /// Cameras that are known, one per lens, each of which has its focal length: `links` only make landmarks.
     pub fn given(lenses: &[Lens], cameras: &[Camera], links: &[PairLink]) -> Self {
         let focal = calibrate(lenses, links);
-        let mut scene = Scene::new(lenses, focal.shares, focal.value);
+        let mut scene = Scene::new(lenses, &focal);
         scene.cameras = cameras.iter().copied().map(Some).collect();
         scene.triangulate(&tracks(lenses, links), TOLERANCE);
         let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > 0.0);
@@ -92,8 +92,10 @@ impl MultiView {
     /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
     pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
         let Solved::Scene(scene) = &mut self.solved else { return };
-        for ((lens, &frame), share) in self.lenses.iter_mut().zip(frames).zip(&mut scene.shares) {
-            *share *= diagonal(lens.size) / diagonal(frame);
+        for (photo, (lens, &frame)) in self.lenses.iter_mut().zip(frames).enumerate() {
+            let ratio = diagonal(lens.size) / diagonal(frame);
+            scene.shares[photo] *= ratio;
+            scene.estimates[photo] = scene.estimates[photo].map(|estimate| estimate * ratio);
             lens.size = frame;
         }
         scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();

@@ -1,0 +1,64 @@
+//! Photos by several lenses, or zoomed: the ratios of their focal lengths, by how large they show what they share.
+//!
+//! What is nearer to one camera looks larger as well: these are first estimates for bundle adjustment.
+
+use super::least_squares::Equations;
+use super::self_calibration::{Focal, calibrate, common_focal};
+use super::{Lens, PairLink};
+
+/// Photos by one lens show the same things in sizes up to this different, as the logarithm of the ratio.
+const MIXED: f64 = 0.2;
+/// What no pair says anything of keeps its share, and what is known does in any case: weights beside those of pairs.
+const UNDETERMINED: f64 = 0.1;
+const KNOWN: f64 = 1e6;
+
+/// A focal length of its own for each photo where it is not known; `None` if the photos show things in about the same size.
+pub(super) fn calibrate_each(lenses: &[Lens], links: &[PairLink]) -> Option<Focal> {
+    let mut focal = calibrate(lenses, links);
+    let known: Vec<bool> = lenses.iter().map(|lens| lens.focal.is_some()).collect();
+    let changes = changes(lenses, links, &focal.shares, &known)?;
+    let most = changes.iter().fold(f64::NEG_INFINITY, |most, change| most.max(*change));
+    let least = changes.iter().fold(f64::INFINITY, |least, change| least.min(*change));
+    if most - least < MIXED {
+        return None;
+    }
+    for (photo, change) in changes.iter().enumerate().filter(|(photo, _)| !known[*photo]) {
+        focal.shares[photo] *= libm::exp(*change);
+        focal.estimates[photo] = Some(focal.shares[photo]);
+    }
+    if !known.contains(&true) {
+        focal.value = common_focal(lenses, links, &focal.shares);
+    }
+    Some(focal)
+}
+
+/// By how much the logarithm of each photo's share should be larger for photos to show things as large as they do.
+fn changes(lenses: &[Lens], links: &[PairLink], shares: &[f64], known: &[bool]) -> Option<Vec<f64>> {
+    let mut equations = Equations::zeros(lenses.len());
+    for (photo, known) in known.iter().enumerate() {
+        equations.add(photo, photo, if *known { KNOWN } else { UNDETERMINED });
+    }
+    for link in links {
+        let Some(ratio) = magnification(link, lenses) else { continue };
+        let ([a, b], weight) = (link.photos, (link.matches.len() as f64).sqrt());
+        let off = weight * (libm::log(shares[b] / shares[a]) - ratio);
+        equations.gradient[a] -= off;
+        equations.gradient[b] += off;
+        equations.add(a, a, weight);
+        equations.add(b, b, weight);
+        equations.add(a, b, -weight);
+    }
+    Some(equations.solve()?.iter().copied().collect())
+}
+
+/// The logarithm of how many times larger the second photo of a pair shows what both do, in diagonals; `None` of a single place.
+fn magnification(link: &PairLink, lenses: &[Lens]) -> Option<f64> {
+    let matches = link.centred_matches(lenses);
+    let count = matches.len() as f64;
+    let variance = |k: usize| {
+        let mean = [0, 1].map(|axis| matches.iter().map(|ends| ends[k][axis]).sum::<f64>() / count);
+        matches.iter().map(|ends| (ends[k][0] - mean[0]).powi(2) + (ends[k][1] - mean[1]).powi(2)).sum::<f64>()
+    };
+    let ratio = 0.5 * libm::log(variance(1) / variance(0));
+    ratio.is_finite().then_some(ratio)
+}
