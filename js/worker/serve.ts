@@ -46,23 +46,21 @@ export async function serve(
 /** Calls that have copied all of their arguments before they report any stage but the first. */
 const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
 
-/** Frees arguments that were transferred here, at once instead of when garbage is collected. */
+/**
+ * Frees arguments that were transferred here, at once instead of when garbage is collected, by sending them nowhere. Node frees what
+ * a closed port sends, and keeps what an open one does until this thread is idle; Chromium has a closed port send nothing.
+ * (`ArrayBuffer.prototype.transfer` would not do: Chromium keeps what another thread has sent.)
+ */
 function release(args: Call["args"]): void {
-  for (const buffer of buffersOf(args) as Set<ArrayBuffer & Partial<Transferable>>) {
-    if (buffer.byteLength === 0) continue;
-    if (buffer.transfer) buffer.transfer(0);
-    else sendNowhere(buffer);
-  }
-}
-
-/** A buffer of engines since 2023. */
-interface Transferable {
-  transfer(length: number): ArrayBuffer;
-}
-
-/** What a closed port sends is freed in Node 20; an open one would keep it until this thread is idle. */
-function sendNowhere(buffer: ArrayBuffer): void {
-  const { port1 } = new MessageChannel();
-  port1.close();
-  port1.postMessage(null, [buffer]);
+  const { port1, port2 } = new MessageChannel();
+  const send = (port: MessagePort) => {
+    const buffers = [...buffersOf(args)].filter(({ byteLength }) => byteLength > 0);
+    port.postMessage(null, buffers);
+    port.close();
+  };
+  const closed = new MessageChannel().port1;
+  closed.close();
+  send(closed);
+  send(port1);
+  port2.close();
 }
