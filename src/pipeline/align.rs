@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::extrapolation::{Completed, complete, triangulated};
 use super::features::{Known, MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
+use super::halved::Halved;
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
 use super::options::Options;
@@ -93,14 +94,27 @@ pub(super) fn align_timed<'a>(
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let mut alignment = match given {
-        Some(matches) => {
-            let mut alignment = fit_models(matches, views, options, observer)?;
+    let features = match (given, features) {
+        (None, None) => {
+            let found = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
+            timer.end(Stage::Detect, observer);
+            Some(found)
+        }
+        (_, features) => features,
+    };
+    if let Some(halved) = Halved::of(views, options)? {
+        let matches = given.map(|matches| halved.matches(matches)).transpose()?;
+        let known = halved.known(matches.as_deref(), features);
+        return halved.enlarged(align_timed(known, halved.views(), &halved.options(options), observer, timer)?);
+    }
+    let mut alignment = match (given, features) {
+        (None, Some(features)) => align_by_features(features, views, options, observer, timer)?,
+        (matches, _) => {
+            let mut alignment = fit_models(matches.unwrap_or_default(), views, options, observer)?;
             alignment.complete_maps(views[1], observer)?;
             timer.end(alignment.stage(), observer);
             alignment
         }
-        None => align_by_features(features, views, options, observer, timer)?,
     };
     if let Some(refine) = &options.refine {
         alignment.refine_depth(given, views, refine, options, observer)?;
@@ -109,22 +123,14 @@ pub(super) fn align_timed<'a>(
     Ok(alignment)
 }
 
-/// Models and maps from matches of our own, of the features given if there are any.
+/// Models and maps from matches of our own, of these features.
 fn align_by_features<'a>(
-    features: Option<[Features; 2]>,
+    features: [Features; 2],
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let features = match features {
-        Some(features) => features,
-        None => {
-            let found = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
-            timer.end(Stage::Detect, observer);
-            found
-        }
-    };
     let found = match_pair(features, &options.features.matching, observer)?;
     timer.end(Stage::Match, observer);
     let first = fit_models(&found.matches, views, options, observer)?;

@@ -4,6 +4,7 @@
 //! compare them with what is really taken. What depends on the photos' contents (keypoints, seam, voids) is as in a typical
 //! pair, so that the prediction is right to about a fifth.
 
+use super::halved::{half_size, is_halved};
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
 use crate::mosaic::{Blending, FillMethod, Seam};
@@ -38,6 +39,10 @@ impl Job {
 /// A number of pixels, or of bytes: far beyond any memory they saturate.
 fn pixels((width, height): Size) -> u64 {
     (width as u64).saturating_mul(height as u64)
+}
+
+fn sum(bytes: [u64; 2]) -> u64 {
+    bytes[0].saturating_add(bytes[1])
 }
 
 /// What is there before any stage: static data and stack of the wasm module.
@@ -147,11 +152,6 @@ impl<'a> Memory<'a> {
         self.job.photos.map(pixels)
     }
 
-    fn both(&self) -> u64 {
-        let [target, reference] = self.photos();
-        target.saturating_add(reference)
-    }
-
     /// Photos and depth maps as they are given, and copies of those that are not there everywhere.
     fn inputs(&self) -> u64 {
         let photos = self.photos().into_iter().zip(self.job.depth).zip(self.job.masked);
@@ -209,19 +209,30 @@ impl<'a> Memory<'a> {
         first.max(second.saturating_add(kept)).saturating_add(own)
     }
 
+    /// The sizes in which the photos are aligned, and bytes of photos of these sizes and of others in between.
+    fn aligned(&self) -> ([Size; 2], u64) {
+        let (mut sizes, mut bytes) = (self.job.photos, 0u64);
+        while is_halved(sizes, self.job.depth == [false; 2], self.options) {
+            sizes = sizes.map(half_size);
+            bytes = bytes.saturating_add(sum(sizes.map(pixels)).saturating_mul(RGBA));
+        }
+        (sizes, bytes)
+    }
+
     fn two_view_depth(&self) -> u64 {
-        let [target, reference] = self.photos();
-        if self.parallax().1 { DENSE.saturating_mul(target.max(reference)) } else { 0 }
+        let ([target, reference], photos) = self.aligned();
+        let larger = pixels(target).max(pixels(reference));
+        if self.parallax().1 { DENSE.saturating_mul(larger).saturating_add(photos) } else { 0 }
     }
 
     fn refinement(&self) -> u64 {
         let (parallax, two_view) = self.parallax();
         if self.options.refine.is_none() || !parallax {
-            return self.maps().into_iter().fold(0, u64::saturating_add);
+            return sum(self.maps());
         }
-        let priors = if two_view { self.both().saturating_mul(MAP) } else { 0 };
-        let [target, reference] = self.job.photos;
-        let larger = pixels(target).max(pixels(reference));
+        let ([target, reference], photos) = self.aligned();
+        let (both, larger) = (sum([target, reference].map(pixels)), pixels(target).max(pixels(reference)));
+        let priors = if two_view { both.saturating_mul(MAP) } else { 0 };
         let width = target.0.max(reference.0) as u64;
         let search = |pixels: u64, width: u64| {
             REFINE.saturating_mul(pixels).max(AGGREGATE.saturating_mul(pixels).saturating_add(AGGREGATE_ROWS * width))
@@ -230,11 +241,16 @@ impl<'a> Memory<'a> {
             return priors.saturating_add(search(larger, width));
         }
         // All of both, and the corrections and grey levels of one.
-        let results = self.both().saturating_mul(MAP + MASK);
+        let results = both.saturating_mul(MAP + MASK);
         let upsampling = results.saturating_add(larger.saturating_mul(MAP + 3 * MASK));
         let completion = results.saturating_add(larger.saturating_mul(COMPLETE)).saturating_add(MESH);
         let refining = priors.saturating_add(search(larger / 4, width / 2).max(upsampling));
-        if two_view { refining.max(completion) } else { refining }
+        if !two_view {
+            return refining;
+        }
+        // Both maps at last, in the size of the photos.
+        let enlarging = if photos > 0 { sum(self.maps()).saturating_add(both.saturating_mul(MAP)) } else { 0 };
+        refining.max(completion).max(enlarging).saturating_add(photos)
     }
 
     /// What is read of the reference after the warp, and the warped target.

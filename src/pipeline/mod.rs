@@ -15,6 +15,7 @@
 mod align;
 mod extrapolation;
 mod features;
+mod halved;
 pub mod many;
 mod memory;
 mod models;
