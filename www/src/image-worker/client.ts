@@ -85,6 +85,27 @@ export async function imageTaskAlone<N extends TaskName>(
   }
 }
 
+/** What makes arrays that are not there yet, by what stands for them. */
+const makers = new WeakMap<object, () => Promise<Held>>();
+/** The numbers of those that the image worker has never had. */
+let lastLater = 0;
+
+/** Stands for an array of these sides and `bytes` that is made when a task first needs it. */
+export function later<T extends Pixels>(
+  sides: Omit<T, "data">,
+  bytes: number,
+  make: () => Promise<Held<T>>,
+): Held<T> {
+  const handle: Held<T> = { ...sides, held: --lastLater, bytes };
+  makers.set(handle, make);
+  return handle;
+}
+
+/** An argument of a task, made if it is not there yet. */
+function made(arg: unknown): unknown {
+  return (typeof arg === "object" && arg !== null && makers.get(arg)?.()) || arg;
+}
+
 /** Gives an array away to the image worker. */
 export async function hold<T extends Pixels>(value: T): Promise<Held<T>> {
   const handle = (await post("hold", [value], [value.data.buffer])) as Held<T>;
@@ -112,11 +133,12 @@ export async function decodePhoto(...args: Parameters<Tasks["decodePhoto"]>): Pr
 }
 
 /** Has the shared worker, which holds the pictures, do a task; after a failure another one is started. */
-function post<N extends TaskName>(
+async function post<N extends TaskName>(
   name: N,
   args: readonly unknown[],
   transfer: readonly Transferable[] = [],
 ): Promise<Awaited<ReturnType<Tasks[N]>>> {
+  const present = await Promise.all(args.map(made));
   if (!shared || shared.ended) shared = new ImageWorker();
-  return shared.post(name, args, transfer);
+  return shared.post(name, present, transfer);
 }

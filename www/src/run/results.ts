@@ -2,12 +2,17 @@ import {
   stitch,
   type CallOptions,
   type DepthInput,
+  type DepthOutput,
+  type Output,
+  type StitchOptions,
   type StitchResult,
+  type StitchResultOf,
   type Warped,
 } from "depthstitch";
-import { imageTask, lodged, taken } from "../image-worker/client.js";
+import { imageTask, later, lodged, taken } from "../image-worker/client.js";
+import type { Bytes, Held, Lodged, Pixels, Rgba } from "../image-worker/contents.js";
 import { keyOf, type Job, type JobDepth } from "./job.js";
-import { shownOutputs, type Kept, type PairResult } from "./kept.js";
+import { firstOutputs, laterOutputs, type Kept, type PairResult } from "./kept.js";
 
 /** Size limit of the cache; results take tens of megabytes each. */
 const cacheBytes = 400e6;
@@ -15,22 +20,66 @@ const cacheBytes = 400e6;
 /** The latest results, the most recently used last. */
 const cache = new Map<string, unknown>();
 
-/** The result of a job of two photos, computed unless it is cached. */
-export async function resultOf(job: Job, call: CallOptions): Promise<PairResult> {
+/** Pixels of both photos above which what not every view shows is made when it is first needed, to save memory. */
+const mostAtOnce = 16e6;
+
+/** The result of a job of two photos, computed unless it is cached. With `atOnce` all of it is made, however large the photos are. */
+export async function resultOf(
+  job: Job,
+  call: CallOptions,
+  atOnce = job.target.width * job.target.height + job.reference.width * job.reference.height <=
+    mostAtOnce,
+): Promise<PairResult> {
   const { result } = await remembered(keyOf(job), async () => {
-    const [target, reference, targetDepth, referenceDepth] = await Promise.all([
-      taken(job.target.pixels),
-      taken(job.reference.pixels),
-      ownDepth(job.targetDepth),
-      ownDepth(job.referenceDepth),
-    ]);
-    // All of it is given away.
-    const inputs = { matches: job.matches?.slice(), targetDepth, referenceDepth, transfer: true };
-    const { options } = job;
-    const outputs = { outputs: shownOutputs, outputDepth: true };
-    return kept(await stitch(target, reference, { ...options, ...inputs, ...call, ...outputs }));
+    const outputs = atOnce ? [...firstOutputs, ...laterOutputs] : firstOutputs;
+    const found = await kept(await stitched(job, { ...call, outputs, outputDepth: atOnce }));
+    return atOnce ? (found as PairResult) : withLater(job, found);
   });
   return result;
+}
+
+/** Stitches copies of a job's inputs. */
+async function stitched<O extends Output>(job: Job, how: StitchOptions<O>) {
+  const [target, reference, targetDepth, referenceDepth] = await Promise.all([
+    taken(job.target.pixels),
+    taken(job.reference.pixels),
+    ownDepth(job.targetDepth),
+    ownDepth(job.referenceDepth),
+  ]);
+  const inputs = { matches: job.matches?.slice(), targetDepth, referenceDepth, transfer: true };
+  return stitch(target, reference, { ...job.options, ...inputs, ...how });
+}
+
+/** A result with what it lacks to be made when a view first needs it: by stitching once more, which gives the same bytes. */
+function withLater(
+  job: Job,
+  result: Kept<StitchResultOf<(typeof firstOutputs)[number]>>,
+): PairResult {
+  let rest: Promise<Lodged<StitchResultOf<(typeof laterOutputs)[number]>>> | undefined;
+  const part = <T extends Pixels>(
+    sides: Omit<T, "data">,
+    bytes: number,
+    pick: (of: Awaited<NonNullable<typeof rest>>) => unknown,
+  ) =>
+    later<T>(sides, bytes * sides.width * sides.height, async () => {
+      rest ??= stitched(job, { outputs: laterOutputs, outputDepth: true }).then(lodged);
+      rest.catch(() => (rest = undefined));
+      return pick(await rest) as Held<T>;
+    });
+  const { width, height } = result.mosaic;
+  const depthOf = (side: "target" | "reference") => {
+    const { width, height } = job[side];
+    return part<DepthOutput>({ width, height, kind: "inverse" }, 4, (of) => of[`${side}Depth`]);
+  };
+  return {
+    ...result,
+    warped: part<Rgba>({ width, height }, 4, (of) => of.warped),
+    seam: part<Bytes>({ width, height }, 1, (of) => of.seam),
+    ...(result.report.model !== "homography" && {
+      targetDepth: depthOf("target"),
+      referenceDepth: depthOf("reference"),
+    }),
+  } as PairResult;
 }
 
 /** Hands the large arrays of a result over to the image worker. */
