@@ -48,8 +48,10 @@ fn sum(bytes: [u64; 2]) -> u64 {
 /// What is there before any stage: static data and stack of the wasm module.
 const MODULE: u64 = if cfg!(target_arch = "wasm32") { 1_200_000 } else { 0 };
 /// What the allocator of wasm takes beyond what is in use, as free blocks are too small for the next one: per cent. More where no stage
-/// takes much more than the others.
-const FRAGMENTATION: [u64; 2] = if cfg!(target_arch = "wasm32") { [10, 20] } else { [0, 0] };
+/// takes much more than the others, as with smooth surfaces; hardly any where photos are halved, as all that is large comes last.
+const FRAGMENTATION: u64 = if cfg!(target_arch = "wasm32") { 10 } else { 0 };
+const FRAGMENTATION_SMOOTH: u64 = 2 * FRAGMENTATION;
+const FRAGMENTATION_HALVED: u64 = FRAGMENTATION / 5;
 /// An RGBA photo, and a map of `f32`.
 const RGBA: u64 = 4;
 const MAP: u64 = 4;
@@ -134,7 +136,12 @@ impl<'a> Memory<'a> {
         ];
         let (stage, bytes) = stages.into_iter().fold((Stage::Input, 0), |a, b| if b.1 > a.1 { b } else { a });
         let bytes = bytes.saturating_add(held);
-        (stage, bytes.saturating_add(bytes / 100 * FRAGMENTATION[usize::from(self.smooth())]))
+        let fragmentation = match (self.smooth(), self.aligned().1) {
+            (true, 0) => FRAGMENTATION_SMOOTH,
+            (true, _) => FRAGMENTATION_HALVED,
+            (false, _) => FRAGMENTATION,
+        };
+        (stage, bytes.saturating_add(bytes / 100 * fragmentation))
     }
 
     /// Refuses the job when it would take more than [`max_bytes`](crate::warp::WarpOptions::max_bytes) with this canvas.
