@@ -21,7 +21,7 @@ const cacheBytes = 400e6;
 const cache = new Map<string, unknown>();
 
 /** Pixels of both photos above which what not every view shows is made when it is first needed, to save memory. */
-const mostAtOnce = 16e6;
+const mostAtOnce = 32e6;
 
 /** The result of a job of two photos, computed unless it is cached. With `atOnce` all of it is made, however large the photos are. */
 export async function resultOf(
