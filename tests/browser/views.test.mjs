@@ -4,12 +4,14 @@ import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
-import { decodeImage, encodePng } from "depthstitch/codecs";
+import { decodeImage, encodeJpeg, encodePng } from "depthstitch/codecs";
 import { renderSample } from "../../js/tools/sample.mjs";
 import { root } from "../../js/tools/shared.mjs";
 import {
+  exampleFile,
   idle,
   savedPicture,
+  scratchFolder,
   shown,
   smallCase,
   smallFile,
@@ -21,6 +23,7 @@ import {
 
 const site = await startSite();
 after(() => site.close());
+const { written } = scratchFolder();
 
 /** Opens a view and waits until it is there. @param {Page} page @param {string} name */
 async function open(page, name) {
@@ -251,6 +254,43 @@ test("compares the methods with PSNR, SSIM and coverage, and any of them with th
   assert.deepEqual(await complaints(), []);
   await close();
 });
+
+test("what few views show of two large photos is made when such a view is opened", async () => {
+  const large = async (/** @type {string} */ name) => {
+    const photo = await decodeImage(await readFile(exampleFile(name)));
+    return written(name, await encodeJpeg(enlarged(photo, 5)));
+  };
+  const files = [await large("target.jpg"), await large("reference.jpg")];
+  const { page, complaints, close } = await site.open({ hash: "#page.photoLimit=0" });
+  page.setDefaultTimeout(300_000);
+  await page.setInputFiles("#many-files", files);
+  await page.locator("#status", { hasText: /^Done/ }).waitFor();
+  const sums = new Set();
+  for (const id of ["mosaic", "warp", "seam", "depth"]) {
+    await open(page, id);
+    const { drawn, coloured, sum } = await page.evaluate(shown);
+    assert.ok(drawn > 0.1 && coloured > 0.01, `${id}: ${drawn} drawn, ${coloured} coloured`);
+    sums.add(sum);
+  }
+  assert.equal(sums.size, 4, "no two views look the same");
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
+/** A picture with each pixel as a square of so many. @param {{ width: number, height: number, data: Uint8ClampedArray }} picture @param {number} times */
+function enlarged({ width, height, data }, times) {
+  const small = new Uint32Array(data.buffer, data.byteOffset, width * height);
+  const large = new Uint32Array(small.length * times * times);
+  for (let y = 0, at = 0; y < height * times; y++) {
+    const row = Math.floor(y / times) * width;
+    for (let x = 0; x < width; x++) {
+      large.fill(small[row + x] ?? 0, at, at + times);
+      at += times;
+    }
+  }
+  const pixels = new Uint8ClampedArray(large.buffer);
+  return { width: width * times, height: height * times, data: pixels };
+}
 
 test("a picture that is too large to be drawn whole shows its own pixels when zoomed in", async () => {
   const folder = join("target", "sample-large");
