@@ -1,13 +1,12 @@
 //! Bundle adjustment: poses, one focal length, ratios to it where photos have their own, one coefficient of distortion, and one inverse
-//! depth per landmark, by Levenberg–Marquardt on robust reprojection errors. The landmarks are eliminated (Schur complement); what is left has six or seven unknowns a photo and is solved
-//! densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
+//! depth per landmark, by Levenberg–Marquardt on robust reprojection errors. The landmarks are eliminated (Schur complement); what is left
+//! has six or seven unknowns a photo and is solved densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
 use super::least_squares::{Equations, cauchy};
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
-use crate::geometry::Distortion;
 use crate::geometry::calibrated::small_rotation;
 use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 
@@ -60,23 +59,15 @@ impl LeastSquares for Reprojection {
         for landmark in &scene.landmarks {
             equations.add_landmark(scene, &self.unknowns, &motions, landmark);
         }
-        let (mean, deviation) = (self.focal[0], self.focal[1]);
-        let (off, weight) = (libm::log(scene.focal) - mean, 1.0 / (deviation * deviation));
-        equations.common.cost += 0.5 * weight * off * off;
-        equations.common.gradient[0] += weight * off;
-        equations.common.add(0, 0, weight);
+        let (common, [mean, deviation]) = (&mut equations.common, self.focal);
+        common.add_prior(0, libm::log(scene.focal) - mean, deviation);
         if self.unknowns.freedom.distortion {
-            let (Distortion(k), weight) = (scene.distortion, 1.0 / (DISTORTION_PRIOR * DISTORTION_PRIOR));
-            equations.common.cost += 0.5 * weight * k * k;
-            equations.common.gradient[1] += weight * k;
-            equations.common.add(1, 1, weight);
+            common.add_prior(1, scene.distortion.0, DISTORTION_PRIOR);
         }
         for (photo, at) in self.unknowns.shares.iter().enumerate() {
-            let (Some(at), Some(estimate)) = (*at, scene.estimates[photo]) else { continue };
-            let (off, weight) = (libm::log(scene.shares[photo] / estimate), 1.0 / (SHARE_PRIOR * SHARE_PRIOR));
-            equations.common.cost += 0.5 * weight * off * off;
-            equations.common.gradient[at] += weight * off;
-            equations.common.add(at, at, weight);
+            if let (Some(at), Some(estimate)) = (*at, scene.estimates[photo]) {
+                common.add_prior(at, libm::log(scene.shares[photo] / estimate), SHARE_PRIOR);
+            }
         }
         equations
     }
@@ -116,8 +107,9 @@ impl LeastSquares for Reprojection {
 /// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
 struct Unknowns {
     freedom: Freedom,
-    /// The first one of each photo; `None` where nothing may change.
+    /// The first one of each photo's pose; `None` where it stays.
     offsets: Vec<Option<usize>>,
+    /// Each photo's share of the focal length; `None` where it stays.
     shares: Vec<Option<usize>>,
     per_photo: usize,
     count: usize,
@@ -323,6 +315,7 @@ pub(super) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::geometry::Distortion;
     use crate::geometry::multi_view::Lens;
     use crate::geometry::multi_view::self_calibration::Focal;
 

@@ -48,11 +48,12 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
     let pairs = Pairs { lenses, links, root, may_distort };
     let focal = calibrate(lenses, links);
     let prior = focal.prior;
+    let own = calibrate_each(lenses, links, &focal);
     let (mut grown, mut turned) = pairs.candidates(focal);
-    if let Some(focal) = calibrate_each(lenses, links) {
-        let (own_grown, own_turned) = pairs.candidates(focal);
-        grown = own_grown.filter(|own| own.is_better(grown.as_ref())).or(grown);
-        turned = if own_turned.is_better(Some(&turned)) { own_turned } else { turned };
+    if let Some(focal) = own {
+        let own = pairs.candidates(focal);
+        grown = own.0.filter(|own| grown.as_ref().is_none_or(|common| own.is_better(common))).or(grown);
+        turned = if own.1.is_better(&turned) { own.1 } else { turned };
     }
     let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
     let (kind, contradicting, solved) = choose(lenses, links, grown, turned, chain);
@@ -137,9 +138,8 @@ impl Pairs<'_> {
 }
 
 impl Candidate {
-    /// Whether it explains the photos clearly better than another does, if there is another.
-    fn is_better(&self, other: Option<&Self>) -> bool {
-        let Some(other) = other else { return true };
+    /// Whether it explains the photos clearly better than another does.
+    fn is_better(&self, other: &Self) -> bool {
         let all = self.all.max(other.all);
         self.cost(all) < CLEARLY * other.cost(all)
     }

@@ -49,6 +49,14 @@ impl Equations {
         self.matrix[(i.max(j), i.min(j))] += value;
     }
 
+    /// Adds that an unknown is `off` from its mean, of which it has this standard deviation.
+    pub fn add_prior(&mut self, i: usize, off: f64, deviation: f64) {
+        let weight = 1.0 / (deviation * deviation);
+        self.cost += 0.5 * weight * off * off;
+        self.gradient[i] += weight * off;
+        self.add(i, i, weight);
+    }
+
     /// Adds a residual of both coordinates with its slopes by some of the unknowns; the cost is up to the caller.
     pub fn add_residual(&mut self, slopes: &[(usize, [f64; 2])], residual: [f64; 2], weight: f64) {
         for (a, (i, slope)) in slopes.iter().enumerate() {

@@ -3,7 +3,7 @@
 //! What is nearer to one camera looks larger as well: these are first estimates for bundle adjustment.
 
 use super::least_squares::Equations;
-use super::self_calibration::{Focal, calibrate, common_focal};
+use super::self_calibration::{Focal, common_focal};
 use super::{Lens, PairLink};
 
 /// Photos by one lens show the same things in sizes up to this different, as the logarithm of the ratio.
@@ -12,9 +12,10 @@ const MIXED: f64 = 0.2;
 const UNDETERMINED: f64 = 0.1;
 const KNOWN: f64 = 1e6;
 
-/// A focal length of its own for each photo where it is not known; `None` if the photos show things in about the same size.
-pub(super) fn calibrate_each(lenses: &[Lens], links: &[PairLink]) -> Option<Focal> {
-    let mut focal = calibrate(lenses, links);
+/// A focal length of its own for each photo where it is not known, instead of the common one; `None` if the photos show things in about
+/// the same size.
+pub(super) fn calibrate_each(lenses: &[Lens], links: &[PairLink], common: &Focal) -> Option<Focal> {
+    let mut focal = common.clone();
     let known: Vec<bool> = lenses.iter().map(|lens| lens.focal.is_some()).collect();
     let changes = changes(lenses, links, &focal.shares, &known)?;
     let most = changes.iter().fold(f64::NEG_INFINITY, |most, change| most.max(*change));
