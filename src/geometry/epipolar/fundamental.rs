@@ -28,7 +28,7 @@ impl Fundamental {
 }
 
 /// The cofactors of M: its inverse transposed times its determinant, and the gradient of that.
-pub(in crate::geometry) fn cofactors(m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(super) fn cofactors(m: &Matrix3<f64>) -> Matrix3<f64> {
     let [a, b, c] = [0, 1, 2].map(|i| m.column(i).into_owned());
     Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
 }

@@ -1,8 +1,11 @@
 //! Epipolar geometry of two photos: the fundamental matrix, and with it plane + parallax, which gives every match a relative
 //! inverse depth.
 
+mod cameras;
 mod consensus;
+mod essential;
 mod fundamental;
+mod infinity;
 mod orientation;
 mod refine;
 mod seven_point;
@@ -22,7 +25,8 @@ use crate::sampler::Sampler;
 use crate::statistics::meaningful_consensus;
 use crate::{Error, Result, Stage};
 use consensus::{Epipolar, search};
-pub(super) use fundamental::cofactors;
+pub(super) use essential::{Motion, Rays, decompose, in_front};
+pub(crate) use infinity::plane_at_infinity;
 use orientation::is_inverted;
 use triangulation::{Triangulated, plane_parallax};
 
@@ -132,8 +136,8 @@ impl PlaneParallax {
 
     /// Has larger values of the inverse depth mean nearer.
     fn orient(&mut self, usable: &[Usable], sizes: [(usize, usize); 2]) {
-        let ends = self.matches.iter().map(|m| usable[m.index].ends);
-        if is_inverted(&self.models[0], ends, sizes) {
+        let ends: Vec<_> = self.matches.iter().map(|m| usable[m.index].ends).collect();
+        if is_inverted(&self.models[0], &ends, sizes) {
             self.models.iter_mut().for_each(|model| model.e = -model.e);
             self.matches.iter_mut().for_each(|m| m.depth = m.depth.map(|depth| -depth));
         }

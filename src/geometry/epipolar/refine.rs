@@ -27,18 +27,11 @@ impl LeastSquares for SampsonDistances<'_> {
         let normals = [unit(*f), unit(cofactors(f))];
         let mut equations = NormalEquations::zeros();
         for p in self.points.iter() {
-            let (x, u) = (Vector3::new(p.x, p.y, 1.0), Vector3::new(p.u, p.v, 1.0));
-            let (mut line, mut back) = (f * x, f.tr_mul(&u));
-            let s = u.dot(&line);
-            (line[2], back[2]) = (0.0, 0.0);
-            let square = line.norm_squared() + back.norm_squared();
-            let (inverse, q) = (1.0 / square.sqrt(), s / square);
-            // Of s/√(|l|² + |k|²) by F, l and k being the first two coordinates of both epipolar lines.
-            let mut derivative = (u * (x - back * q).transpose() - line * x.transpose() * q) * inverse;
+            let (distance, mut derivative) =
+                sampson_distance(f, &Vector3::new(p.x, p.y, 1.0), &Vector3::new(p.u, p.v, 1.0));
             for normal in &normals {
                 derivative -= normal * derivative.dot(normal);
             }
-            let distance = s * inverse;
             // s²/6 (1 − (1 − r²/s²)³), expanded: ½r² where the support s is infinite.
             let share = (distance * distance / (self.support * self.support)).min(1.0);
             let bounded = (distance * distance).min(self.support * self.support);
@@ -52,6 +45,17 @@ impl LeastSquares for SampsonDistances<'_> {
     fn moved(&self, f: &Fundamental, step: &Entries) -> Fundamental {
         retract(f.0 + Matrix3::from_column_slice(step.as_slice()))
     }
+}
+
+/// The Sampson distance of a match x, u, third coordinates 1, and its derivative by F: of s/√(|l|² + |k|²), l and k being the first two
+/// coordinates of both epipolar lines.
+pub(super) fn sampson_distance(f: &Matrix3<f64>, x: &Vector3<f64>, u: &Vector3<f64>) -> (f64, Matrix3<f64>) {
+    let (mut line, mut back) = (f * x, f.tr_mul(u));
+    let s = u.dot(&line);
+    (line[2], back[2]) = (0.0, 0.0);
+    let square = line.norm_squared() + back.norm_squared();
+    let (inverse, q) = (1.0 / square.sqrt(), s / square);
+    (s * inverse, (u * (x - back * q).transpose() - line * x.transpose() * q) * inverse)
 }
 
 fn unit(m: Matrix3<f64>) -> Matrix3<f64> {

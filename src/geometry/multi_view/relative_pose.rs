@@ -7,7 +7,7 @@ use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
 use crate::geometry::eigen::eigenpairs;
-use crate::geometry::epipolar::cofactors;
+use crate::geometry::epipolar::{Motion, Rays, decompose, in_front};
 use crate::statistics::median;
 
 /// A calibrated homography whose images are this close to those of a rotation, in pixels, at the median, is one.
@@ -23,11 +23,6 @@ pub(super) struct RelativePose {
     /// How much it says: the number of matches.
     pub weight: f64,
 }
-
-/// R and t.
-type Motion = (Matrix3<f64>, Vector3<f64>);
-/// Rays of both photos.
-type Rays = [Vector3<f64>; 2];
 
 /// The pose of a pair; `focals` are those of its photos, in diagonals. `None` if the pair has none.
 pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
@@ -75,22 +70,6 @@ fn rays(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Vec<Rays> {
     link.centred_matches(lenses).iter().map(|ends| [0, 1].map(|k| ray(ends[k], focals[k]))).collect()
 }
 
-/// The four motions of an essential matrix (B. Horn, *Recovering Baseline and Orientation from Essential Matrix*, 1990).
-fn decompose(essential: &Matrix3<f64>) -> Option<Vec<Motion>> {
-    // t is what E has no share of; with E = [t]× R the cofactors of E are (t·t) R + [t]× E, [t]× squared being ttᵀ − t·t.
-    let [.., (_, direction)] = eigenpairs(&(*essential * essential.transpose()))?;
-    let scale = essential.norm() / std::f64::consts::SQRT_2;
-    let essential = essential / scale;
-    let cofactors = cofactors(&essential);
-    let mut found = Vec::new();
-    for t in [direction, -direction] {
-        let rotation = nearest_rotation(cofactors - (t.cross_matrix() * essential))?;
-        found.push((rotation, direction));
-        found.push((rotation, -direction));
-    }
-    Some(found)
-}
-
 /// The motions of a calibrated homography of a plane (Ma, Soatto, Košecká & Sastry, *An Invitation to 3-D Vision*, 5.3.3); of
 /// those with either sign, the one whose plane faces the camera. The one whose plane faces it most directly comes first.
 fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
@@ -119,26 +98,4 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
         std::mem::swap(one, other);
     }
     Some(found.into_iter().map(|(_, rotation, translation)| (rotation, translation)).collect())
-}
-
-/// The motion that has most of the matches in front of both cameras; the first of several.
-fn in_front(rays: &[Rays], candidates: &[Motion]) -> Option<Motion> {
-    let count = |(rotation, t): &Motion| {
-        let ahead = |[from, to]: &&Rays| {
-            // z' x' = z R x + t: cross products with x' and with R x leave either depth.
-            let far = rotation * from;
-            let across = to.cross(&far);
-            across.dot(&t.cross(to)) > 0.0 && across.dot(&t.cross(&far)) > 0.0
-        };
-        rays.iter().filter(ahead).count()
-    };
-    let mut best: Option<(usize, &Motion)> = None;
-    for candidate in candidates {
-        let found = count(candidate);
-        // A homography's motions differ little in this: by a tenth at least.
-        if best.is_none_or(|(most, _)| found > most + most / 10) {
-            best = Some((found, candidate));
-        }
-    }
-    best.map(|(_, found)| *found)
 }
