@@ -63,7 +63,7 @@ pub fn complete_depth(
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
-    let other = OtherView { model, size: other };
+    let other = OtherView::new(model, other);
     let known = KnownDepth::of(depth, photo, other, reliable, &[], observer)?;
     Ok(known.completed(options)?.unwrap_or_else(|| depth.clone()))
 }
@@ -100,7 +100,7 @@ pub fn complete_reference_depth(
         }
     })?;
     let known = InverseDepth::from_values(known, w, h);
-    let other = OtherView { model: models[1], size: target.size() };
+    let other = OtherView::new(models[1], target.size());
     let known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
     Ok(known.completed(options)?.unwrap_or_else(|| own.clone()))
 }

@@ -34,7 +34,7 @@ pub fn derive_depth(
         }
     })?;
     let seen = InverseDepth::from_values(seen, w, h);
-    let other = OtherView { model: &reverse, size: depth.size() };
+    let other = OtherView::new(&reverse, depth.size());
     KnownDepth::new(seen, None, other, &[], observer)?.completed(&CompletionOptions::default())
 }
 

@@ -236,7 +236,7 @@ impl Alignment<'_> {
         if let Some(prior) = target.depth.filter(|_| inexact) {
             let matches = &triangulated(&self.geometry, matches, 0);
             let measured = MeasuredDepth { map: &refined.target, reliable: &refined.reliable[0], matches };
-            let reference = OtherView { model: &forward, size: photos[1].size() };
+            let reference = OtherView::new(&forward, photos[1].size());
             if let Some(corrected) = correct_outside(&measured, prior, photos[0], reference, completing)? {
                 refined.target = corrected;
             }

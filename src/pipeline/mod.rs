@@ -13,6 +13,7 @@
 //! | measure | [`quality`] |
 
 mod align;
+mod displacement;
 mod extrapolation;
 mod features;
 mod halved;

@@ -178,7 +178,7 @@ fn complete(
     let [size, reference] = others.map(|photo| photos[photo].size());
     let known = known.unwrap_or(&own.map).map_indexed(|_, d| d)?;
     let carried = carried.into_iter().map(|(point, depth)| DepthSample::new(&model, point, depth)).collect();
-    let other = OtherView { model: &model, size };
+    let other = OtherView::new(&model, size);
     let mut known = KnownDepth::and_samples(known, carried, Some(photos[photo]), other, &[], observer)?;
     if let Some(surface) = surface(&mut known, &view, reference)? {
         own.map = surface;
@@ -258,7 +258,7 @@ fn compare(
     let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true, reliable_only: true };
     let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
     let [of_first, of_second] = &found.reliable;
-    let views = [(&forward, b), (&reverse, a)].map(|(model, photo)| OtherView { model, size: photos[photo].size() });
+    let views = [(&forward, b), (&reverse, a)].map(|(model, photo)| OtherView::new(model, photos[photo].size()));
     add(&mut known[a], &found.target, of_first, &views[0])?;
     add(&mut known[b], &found.reference, of_second, &views[1])
 }

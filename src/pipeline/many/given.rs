@@ -42,7 +42,7 @@ pub(super) fn given_depth(
     if map.data().iter().all(|d| !d.is_nan()) {
         return Ok(Some(PhotoDepth { map, prediction_error, given: true }));
     }
-    let seen = OtherView { model: &model, size: photos[other].size() };
+    let seen = OtherView::new(&model, photos[other].size());
     let known = KnownDepth::new(map, Some(photos[photo]), seen, &[], observer)?;
     let completed = known.completed(&CompletionOptions::default())?;
     Ok(completed.map(|map| PhotoDepth { map, prediction_error, given: true }))
