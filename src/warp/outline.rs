@@ -1,5 +1,7 @@
 //! A clean outline outside the reference: what a depth map frays there is no part of the scene.
 
+use std::ops::Range;
+
 use super::canvas::Canvas;
 use crate::components::{connected_components, neighbours};
 use crate::distance::{FAR, STRAIGHT, carry};
@@ -24,40 +26,40 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;
     // No photo is so large that this is not all of it.
     let radius = radius.min(u32::from(FAR) / 4) as u16;
-    let mut covered: Vec<u8> = zeroed(cells)?;
-    let mark_reference = |covered: &mut [u8]| {
-        let rows = covered.chunks_exact_mut(width).skip(top).zip(reference.pixels().chunks_exact(size.0));
-        for (covered, pixels) in rows {
-            let there = covered.iter_mut().skip(left).zip(pixels).filter(|(_, pixel)| reference.is_there(**pixel));
-            there.for_each(|(covered, _)| *covered = REFERENCE);
-        }
-    };
     // Specks in voids are filled over.
+    let mut covered: Vec<u8> = zeroed(cells)?;
     covered.iter_mut().zip(image.pixels()).for_each(|(covered, pixel)| *covered = u8::from(pixel[3] != 0));
-    mark_reference(&mut covered);
-    drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |at| image.pixels_mut()[at] = [0; 4])?;
-    covered.iter_mut().zip(footprint.data()).for_each(|(covered, shown)| *covered = u8::from(*shown != 0));
-    mark_reference(&mut covered);
+    let rows = covered.chunks_exact_mut(width).skip(top).zip(reference.pixels().chunks_exact(size.0));
+    for (covered, pixels) in rows {
+        let there = covered.iter_mut().skip(left).zip(pixels).filter(|(_, pixel)| reference.is_there(**pixel));
+        there.for_each(|(covered, _)| *covered = REFERENCE);
+    }
+    drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |piece| image.pixels_mut()[piece].fill([0; 4]))?;
+    let beyond = covered.iter_mut().zip(footprint.data()).filter(|(covered, _)| **covered != REFERENCE);
+    beyond.for_each(|(covered, shown)| *covered = u8::from(*shown != 0));
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
     // Where a disc has room, and a margin around it, so that corners are not cut off.
     let mut distances = Vec::new();
     reserve(&mut distances, cells)?;
     distances.extend(covered.iter().map(|&covered| if covered == 0 { 0 } else { FAR }));
     open(&mut distances, width, radius, 3 * radius)?;
-    for (covered, &outwards) in covered.iter_mut().zip(&distances) {
-        if *covered == 1 && outwards == FAR {
+    // Gaps in which no disc has room, but not the steps of a slanting line.
+    for (covered, distance) in covered.iter_mut().zip(&mut distances) {
+        if *covered == 1 && *distance == FAR {
             *covered = 0;
         }
+        *distance = if *covered != 0 { 0 } else { FAR };
     }
-    // Gaps in which no disc has room, but not the steps of a slanting line.
-    distances.clear();
-    distances.extend(covered.iter().map(|&covered| if covered != 0 { 0 } else { FAR }));
     open(&mut distances, width, radius, radius + STRAIGHT as u16)?;
-    for (at, covered) in covered.iter().enumerate().filter(|(_, covered)| **covered != REFERENCE) {
-        let stays = *covered != 0 || distances[at] == FAR;
-        footprint.data_mut()[at] = if stays { 255 } else { 0 };
+    let pixels = image.pixels_mut().iter_mut().zip(footprint.data_mut());
+    for (((pixel, footprint), covered), &distance) in pixels.zip(covered).zip(&distances) {
+        if covered == REFERENCE {
+            continue;
+        }
+        let stays = covered != 0 || distance == FAR;
+        *footprint = if stays { 255 } else { 0 };
         if !stays {
-            image.pixels_mut()[at] = [0; 4];
+            *pixel = [0; 4];
         }
     }
     Ok(())
@@ -74,17 +76,18 @@ fn open(grid: &mut [u16], width: usize, radius: u16, most: u16) -> Result<()> {
 /// What is covered by the reference; the target alone is 1.
 const REFERENCE: u8 = 2;
 
-/// Uncovers what hangs together, does not touch the reference and has fewer than `least` pixels.
-fn drop_small(covered: &mut [u8], width: usize, least: usize, dropped: &mut dyn FnMut(usize)) -> Result<()> {
+/// Uncovers what hangs together, does not touch the reference and has fewer than `least` pixels; the parts of rows that it lies in are
+/// given to `dropped`.
+fn drop_small(covered: &mut [u8], width: usize, least: usize, dropped: &mut dyn FnMut(Range<usize>)) -> Result<()> {
     let mut target = Vec::new();
     reserve(&mut target, covered.len())?;
     target.extend(covered.iter().map(|&covered| u8::from(covered == 1)));
     connected_components(target, width, least, &mut |piece| {
-        let touches = |&at: &u32| neighbours(at as usize, width).iter().any(|&at| covered.get(at) == Some(&REFERENCE));
-        if !piece.iter().any(touches) {
-            for &at in piece {
-                covered[at as usize] = 0;
-                dropped(at as usize);
+        let touches = |at: usize| neighbours(at, width).iter().any(|&at| covered.get(at) == Some(&REFERENCE));
+        if !piece.iter().cloned().flatten().any(touches) {
+            for span in piece {
+                covered[span.clone()].fill(0);
+                dropped(span.clone());
             }
         }
     })

@@ -12,9 +12,9 @@ pub(super) fn merge(cells: &mut [Cell], width: usize, least: usize) -> Result<()
     reserve(&mut shown, cells.len())?;
     shown.extend(cells.iter().map(|cell| cell.shown));
     connected_components(shown, width, least, &mut |island| {
-        if island.iter().all(|&at| cells[at as usize].side == BOTH) {
-            for &at in island {
-                let shown = &mut cells[at as usize].shown;
+        if island.iter().all(|span| cells[span.clone()].iter().all(|cell| cell.side == BOTH)) {
+            for cell in island.iter().flat_map(|span| span.clone()) {
+                let shown = &mut cells[cell].shown;
                 *shown = BOTH - *shown;
             }
         }

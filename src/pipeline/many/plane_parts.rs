@@ -212,8 +212,8 @@ impl Scene<'_> {
         connected_components(labels_of_unseen, columns, usize::MAX, &mut |component| {
             let beside = |node: usize| neighbours(node, columns).into_iter().filter(|next| *next < columns * rows);
             let tears = |node: usize| beside(node).any(|next| torn(node, next));
-            if component.iter().any(|node| tears(*node as usize)) {
-                component.iter().for_each(|node| left[*node as usize] = true);
+            if component.iter().cloned().flatten().any(tears) {
+                component.iter().for_each(|span| left[span.clone()].fill(true));
             }
         })?;
         let on_plane: Vec<bool> = (0..columns * rows).map(|node| open[node] && taken(node) && !left[node]).collect();
