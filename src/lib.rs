@@ -97,6 +97,7 @@ mod components;
 mod decimal;
 pub mod depth;
 mod distance;
+mod each_row;
 pub mod error;
 pub mod features;
 pub mod geometry;

@@ -1,7 +1,7 @@
 //! How each void is filled, depending on its width.
 
 use super::{FillMethod, FillOptions};
-use crate::distance::{STRAIGHT, distance};
+use crate::distance::{FAR, STRAIGHT, distance_up_to};
 use crate::image::{reserve, reserve_more};
 use crate::rect::Rect;
 use crate::{Image, Mask, Result};
@@ -63,17 +63,18 @@ impl Parts {
         if options.method == FillMethod::Smooth {
             return Ok(Self { window, parts, inwards: Vec::new() });
         }
-        let inwards = distance(cells, width, &|i| parts[i] == Part::Known)?;
+        let most = |pixels: usize| (STRAIGHT as usize * pixels).min(usize::from(FAR) - 1) as u16;
+        let inwards = distance_up_to(most(widest.max(NARROW)), cells, width, &|i| parts[i] == Part::Known)?;
         // Where a disc of that radius has room, and half as much around, so that corners are not cut off.
         for (radius, name) in [(NARROW, Part::Void), (widest, Part::Wide)] {
-            let reach = (STRAIGHT * radius as u32).min(u32::from(u16::MAX) - 1);
-            let is_core = |i: usize| parts[i] >= Part::Gap && u32::from(inwards[i]) > reach;
+            let reach = most(radius);
+            let is_core = |i: usize| parts[i] >= Part::Gap && inwards[i] > reach;
             if !(0..cells).any(is_core) {
                 break;
             }
-            let outwards = distance(cells, width, &is_core)?;
+            let outwards = distance_up_to(reach.saturating_add(reach / 2), cells, width, &is_core)?;
             for (part, outwards) in parts.iter_mut().zip(outwards) {
-                if *part >= Part::Gap && u32::from(outwards) <= reach + reach / 2 {
+                if *part >= Part::Gap && outwards != FAR {
                     *part = name;
                 }
             }
