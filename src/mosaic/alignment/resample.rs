@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use wide::f32x4;
+use wide::{f32x4, i32x4};
 
 use super::field::Field;
+use crate::each_row::for_each_row;
 use crate::image::reserve;
 use crate::observer::{Observer, report_row};
 use crate::{Image, Result, Stage};
@@ -27,10 +28,11 @@ pub(super) fn displace(
     }
     let source = Source { pixels: &source, width: columns.len(), height: rows.len() };
     let node = |p: usize| (p as f32 + 0.5) / side as f32 - 0.5;
-    for y in 0..source.height {
+    for_each_row(0..source.height, &mut |y| {
         report_row(observer, Stage::Blend, y, source.height)?;
-        for x in 0..source.width {
-            if field.is_still(x / side, y / side) || source.pixels[y * source.width + x][3] == 0 {
+        let moving = (0..field.width).filter(|&i| !field.is_still(i, y / side));
+        for x in moving.flat_map(|i| i * side..((i + 1) * side).min(source.width)) {
+            if source.pixels[y * source.width + x][3] == 0 {
                 continue;
             }
             let [u, v] = field.at(node(x), node(y)).map(|v| v * side as f32);
@@ -43,8 +45,8 @@ pub(super) fn displace(
                 image.pixels_mut()[at] = pixel;
             }
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 struct Source<'a> {
@@ -70,22 +72,35 @@ impl Source<'_> {
     }
 
     /// The weighted mean of N×N pixels; `None` where one of them is not there.
+    #[inline(always)]
     fn weighted<const N: usize>(&self, [i, j]: [usize; 2], across: [f32; N], down: [f32; N]) -> Option<[u8; 4]> {
         let mut sum = f32x4::splat(0.5);
+        let mut all = u32::MAX;
         for (row, weight) in down.into_iter().enumerate() {
             let from = (j + row) * self.width + i;
             let mut line = f32x4::ZERO;
             for (pixel, weight) in self.pixels.get(from..from + N)?.iter().zip(across) {
-                if pixel[3] == 0 {
-                    return None;
-                }
-                line += f32x4::new(pixel.map(f32::from)) * f32x4::splat(weight);
+                let pixel = u32::from_le_bytes(*pixel);
+                all &= pixel;
+                line += colour(pixel) * f32x4::splat(weight);
             }
             sum += line * f32x4::splat(weight);
+        }
+        // All bits of alpha are set, or none.
+        if all >> 24 == 0 {
+            return None;
         }
         let [r, g, b, _] = sum.to_array().map(|v| v as u8);
         Some([r, g, b, 255])
     }
+}
+
+/// Red, green and blue of a pixel as one word.
+#[inline(always)]
+fn colour(pixel: u32) -> f32x4 {
+    // Each where it lies in the word, and then scaled, neither of which rounds.
+    let bytes = i32x4::splat(pixel as i32) & i32x4::new([0xff, 0xff00, 0xff_0000, 0]);
+    f32x4::from_i32x4(bytes) * f32x4::new([1.0, 1.0 / 256.0, 1.0 / 65536.0, 0.0])
 }
 
 /// Weights of four neighbours, from the one before the pixel that this is a fraction beyond.
