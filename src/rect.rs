@@ -52,7 +52,8 @@ pub(crate) fn extent(mut row: impl ExactSizeIterator<Item = bool> + DoubleEndedI
 }
 
 /// The bounding box of what `row` finds in each of the first `rows` rows; `None` when it finds nothing.
-pub(crate) fn bounding_box(rows: usize, row: impl Fn(usize) -> Option<Range<usize>>) -> Option<Rect> {
+#[inline(never)] // nor does `row` become a part of it, see `crate::rows`
+pub(crate) fn bounding_box(rows: usize, row: &dyn Fn(usize) -> Option<Range<usize>>) -> Option<Rect> {
     let mut found: Option<Rect> = None;
     for (y, Range { start, end }) in (0..rows).filter_map(|y| Some((y, row(y)?))) {
         let Rect { x, y: top, width, .. } = found.unwrap_or(Rect { x: start, y, width: 0, height: 0 });

@@ -82,7 +82,7 @@ fn measured(target: &Image, offset: (usize, usize), reference: ImageView<'_>) ->
     let (width, height) = reference.size();
     let whole = Overlap { target, offset, reference, left: 0, top: 0, width, height };
     let row = |y: usize| extent(whole.row(y).0.iter().map(|pixel| pixel[3] != 0));
-    let Rect { x, y, width, height } = bounding_box(reference.height(), row).ok_or(Error::NoOverlap { pixels: 0 })?;
+    let Rect { x, y, width, height } = bounding_box(reference.height(), &row).ok_or(Error::NoOverlap { pixels: 0 })?;
     let overlap = Overlap { left: x, top: y, width, height, ..whole };
     let (mut covered, mut error) = (0u64, 0u64);
     for (target, reference) in overlap.rows() {

@@ -143,7 +143,7 @@ impl Composition {
             let row = y * size.0..(y + 1) * size.0;
             extent(warped.image.pixels()[row].iter().map(|pixel| pixel[3] != 0))
         };
-        let Some(bounds) = bounding_box(size.1, drawn) else { return Ok(None) };
+        let Some(bounds) = bounding_box(size.1, &drawn) else { return Ok(None) };
         self.grow(warped, at)?;
         // Where the warped picture's canvas lies on this one: within it, now.
         let [left, top] = self.place(warped, at).map(|v| v.max(0) as usize);

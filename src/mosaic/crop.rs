@@ -73,5 +73,5 @@ pub fn bounds(image: &Image) -> Option<Rect> {
         let row = &image.pixels()[y * image.width()..(y + 1) * image.width()];
         extent(row.iter().map(|pixel| pixel[3] != 0))
     };
-    bounding_box(image.height(), row)
+    bounding_box(image.height(), &row)
 }

@@ -82,7 +82,7 @@ pub(super) fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, R
             here ^ below == 3 || row.get(x + 1).is_some_and(|right| here ^ right == 3)
         }))
     };
-    bounding_box(height, meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
+    bounding_box(height, &meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
 }
 
 /// The photos in the rectangle that is blended.

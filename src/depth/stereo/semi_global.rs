@@ -225,6 +225,7 @@ const ORDER: [u16; 16] = {
 };
 
 /// The best labels of row `y`, as pixels along the epipolar line, from the sums of the paths from above and from below.
+#[inline(never)] // see `crate::rows`
 fn decide(search: &Search<'_>, y: usize, above: &[[u8x16; 2]], below: &[[u8x16; 2]], best: &mut [f32]) {
     let middle = &search.middle[y * search.from.width..];
     for (((best, &middle), &[a, b]), &[c, d]) in best.iter_mut().zip(middle).zip(above).zip(below) {

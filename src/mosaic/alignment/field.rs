@@ -90,6 +90,7 @@ impl Field {
     }
 
     /// Brightness constancy of a node, linearised at its displacement, and what draws that to 0.
+    #[inline(never)] // see `crate::rows`
     fn equation(&self, level: &Level, node: usize) -> Equation {
         let share = level.distance[node] / REACH;
         let fading = FADING * share * share + LEAST_FADING;
@@ -128,6 +129,7 @@ impl Field {
     }
 
     /// A step of successive overrelaxation.
+    #[inline(never)] // see `crate::rows`
     fn relax(&mut self, equations: &[Equation]) {
         for Equation { node, around, inverse: [a, b, c], right } in equations {
             let [mut p, mut q] = *right;

@@ -66,7 +66,7 @@ pub fn fill(
     check(image, voids, guide, options)?;
     report(observer, Stage::Fill, 0.0)?;
     let row = |y: usize| extent(voids.data()[y * voids.width()..(y + 1) * voids.width()].iter().map(|&void| void != 0));
-    let Some(bounds) = bounding_box(voids.height(), row) else { return report(observer, Stage::Fill, 1.0) };
+    let Some(bounds) = bounding_box(voids.height(), &row) else { return report(observer, Stage::Fill, 1.0) };
     let mut parts = Parts::of(image, voids, bounds, options)?;
     let (clusters, alone) = Clusters::of(&parts)?;
     let mut filled = Vec::new();

@@ -46,7 +46,7 @@ pub(super) fn finest(
     let size = seam.size();
     let overlap =
         |y: usize| extent(seam.data()[y * seam.width()..(y + 1) * seam.width()].iter().map(|&side| side == BOTH));
-    let Some(overlap) = bounding_box(size.1, overlap) else { return Ok(None) };
+    let Some(overlap) = bounding_box(size.1, &overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
     let detail = match preference.labels {

@@ -69,6 +69,7 @@ impl Flow {
     }
 
     /// Layers the nodes; whether the sink is within reach.
+    #[inline(never)] // see `crate::rows`
     fn layer(&mut self) -> bool {
         self.path.clear();
         for (i, node) in (0..).zip(&mut self.nodes) {
@@ -101,6 +102,7 @@ impl Flow {
     }
 
     /// Sends flow from a node that the source has something left for down the layers to the sink; whether any got through.
+    #[inline(never)] // see `crate::rows`
     fn send(&mut self, start: usize) -> bool {
         self.path.clear();
         let mut here = start;
