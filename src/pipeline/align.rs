@@ -225,7 +225,7 @@ impl Alignment<'_> {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
                     self.smooth = true;
-                    if extrapolation == Extrapolation::Plane {
+                    if matches!(extrapolation, Extrapolation::Plane | Extrapolation::FrontoParallel(_)) {
                         self.geometry.warnings.push(Warning::OutsideExtrapolated);
                     }
                 }
