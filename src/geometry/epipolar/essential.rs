@@ -89,9 +89,10 @@ struct SampsonDistances<'a> {
 
 impl LeastSquares for SampsonDistances<'_> {
     type State = Cameras;
-    type Equations = NormalEquations<7>;
+    /// Rotation, translation and ln f; two more unknowns that nothing depends on, as those of the fundamental matrix are solved already.
+    type Equations = NormalEquations<9>;
 
-    fn normal_equations(&self, cameras: &Cameras) -> NormalEquations<7> {
+    fn normal_equations(&self, cameras: &Cameras) -> NormalEquations<9> {
         let ((rotation, t), essential) = (&cameras.motion, cameras.essential());
         let (cross, unit) = (t.cross_matrix(), libm::exp(cameras.log_focal) / self.noise);
         let mut equations = NormalEquations::zeros();
@@ -108,7 +109,8 @@ impl LeastSquares for SampsonDistances<'_> {
             let by_translation = axial(&by_translation);
             // By ln f it grows in its third row and its third column, but for a factor.
             let by_focal = derivative.row(2).dot(&essential.row(2)) + derivative.column(2).dot(&essential.column(2));
-            let derivatives = by_rotation.into_iter().chain(by_translation).chain([by_focal]).map(|by| unit * by);
+            let derivatives =
+                by_rotation.into_iter().chain(by_translation).chain([by_focal, 0.0, 0.0]).map(|by| unit * by);
             equations.add(&SVector::from_iterator(derivatives), r, 1.0 / root);
         }
         let weight = 1.0 / (self.deviation * self.deviation);
@@ -118,7 +120,7 @@ impl LeastSquares for SampsonDistances<'_> {
         equations
     }
 
-    fn moved(&self, Cameras { motion: (rotation, t), log_focal }: &Cameras, step: &SVector<f64, 7>) -> Cameras {
+    fn moved(&self, Cameras { motion: (rotation, t), log_focal }: &Cameras, step: &SVector<f64, 9>) -> Cameras {
         let turn = small_rotation(step.fixed_rows::<3>(0).into_owned());
         let motion = (turn * rotation, (t + step.fixed_rows::<3>(3)).normalize());
         Cameras { motion, log_focal: log_focal + step[6] }

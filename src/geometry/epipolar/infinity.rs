@@ -3,23 +3,18 @@
 //! Two photos determine their relative inverse depth g but for a projective change: where g is constant, things may be at very different
 //! distances. With cameras, inverse depth is β(g − p), where p, affine in x and y, is the g of what is infinitely far.
 
-use nalgebra::{Matrix4, Vector4};
-
 use super::cameras::two_cameras;
 use super::essential::Rays;
 use crate::geometry::model::Model;
+use crate::geometry::plane::{DepthSample, plane_depth, weighted_plane};
 
 /// Reweightings of the fit; it hardly changes after ten.
 const PASSES: usize = 20;
 /// Distance in pixels from where a match should be from which on it counts less.
 const NOISE: f64 = 1.0;
 
-/// A match: the coefficients a, b, c and 1/β have in its relative inverse depth, that depth, and the pixels that a unit of it moves the match by.
-struct Sample {
-    row: Vector4<f64>,
-    depth: f64,
-    parallax: f64,
-}
+/// A match with its relative inverse depth, and with its inverse depth.
+type Sample = [DepthSample; 2];
 
 /// a, b, c of the relative inverse depth ax + by + c of what is infinitely far, at x, y of the photo that `model` leads from. `sizes` are
 /// those of both photos, `matches` lead from one to the other, and `focal` is the first one's focal length in pixels: without one a usual one is
@@ -32,33 +27,38 @@ pub(crate) fn plane_at_infinity(
 ) -> Option<[f64; 3]> {
     let cameras = two_cameras(model, matches, sizes, focal)?;
     let calibrated = Model { h: cameras.motion.0, e: cameras.motion.1 };
-    let size = sizes[0].0.max(sizes[0].1) as f64;
     let sample = |([point, place], [x, u]): (&[[f64; 2]; 2], &Rays)| {
-        let inverse_depth = calibrated.triangulate([x[0], x[1]], [u[0], u[1]])?;
-        let depth = model.triangulate(*point, *place)?;
-        let row = Vector4::new(point[0] / size, point[1] / size, 1.0, inverse_depth);
-        Some(Sample { row, depth, parallax: model.parallax(*point, depth) })
+        let relative = DepthSample::new(model, *point, model.triangulate(*point, *place)?);
+        let depth = calibrated.triangulate([x[0], x[1]], [u[0], u[1]])?;
+        Some([relative, DepthSample { depth, ..relative }])
     };
     let samples: Vec<Sample> = matches.iter().zip(&cameras.rays).filter_map(sample).collect();
-    let [a, b, c, _] = fit(&samples)?;
-    let plane = [a / size, b / size, c];
+    let plane = fit(&samples)?;
     plane.iter().all(|v| v.is_finite()).then_some(plane)
 }
 
-/// The coefficients that explain the depths with the least sum of distances, by iteratively reweighted least squares.
-fn fit(samples: &[Sample]) -> Option<[f64; 4]> {
-    let mut solution = Vector4::zeros();
-    for pass in 0..PASSES {
-        let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for Sample { row, depth, parallax } in samples {
-            let off = if pass == 0 { 0.0 } else { (row.dot(&solution) - depth).abs() * parallax };
-            let weight = parallax * parallax / off.max(NOISE);
-            normal.syger(weight, row, row, 1.0);
-            right += row * (weight * depth);
+/// The plane p with g = w/β + p that explains the depths g and w with the least sum of distances, by iteratively reweighted least squares.
+fn fit(samples: &[Sample]) -> Option<[f64; 3]> {
+    let mut weights: Vec<f64> = samples.iter().map(|[g, _]| g.parallax * g.parallax).collect();
+    let mut plane = [0.0; 3];
+    for _ in 0..PASSES {
+        // What planes leave of w explains what they leave of g, w/β (Frisch & Waugh 1933).
+        let best = |k: usize| weighted_plane(samples.iter().map(|sample| &sample[k]).zip(weights.iter().copied()));
+        let planes = [best(0)?, best(1)?];
+        let left = |s: &Sample| [0, 1].map(|k| s[k].depth - plane_depth(planes[k], s[k].point));
+        let (mut product, mut square) = (0.0, 0.0);
+        for (sample, weight) in samples.iter().zip(&weights) {
+            let [g, w] = left(sample);
+            (product, square) = (product + weight * g * w, square + weight * w * w);
         }
-        solution = normal.cholesky()?.solve(&right);
+        let scale = product / square;
+        plane = [0, 1, 2].map(|i| planes[0][i] - scale * planes[1][i]);
+        for (sample, weight) in samples.iter().zip(&mut weights) {
+            let ([g, w], parallax) = (left(sample), sample[0].parallax);
+            *weight = parallax * parallax / ((g - scale * w).abs() * parallax).max(NOISE);
+        }
     }
-    Some(solution.into())
+    Some(plane)
 }
 
 #[cfg(test)]
