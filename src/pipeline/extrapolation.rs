@@ -1,8 +1,6 @@
-//! How to show what only the target shows. Nothing measures depth there, so what counts most is that it looks natural: the same
-//! surface is extrapolated in several ways, or a homography takes the place of both photos' depth: whichever is predicted to look best and
-//! puts things about where they are expected.
+//! How to show what only the target shows. Nothing measures depth there, so what counts is that it looks natural: the same
+//! surface is extrapolated in several ways, or a homography takes the place of both photos' depth: whichever is predicted to look best.
 
-use super::displacement::Expected;
 use super::models::{fit_homography, if_possible};
 use super::options::Options;
 use super::prediction::Prediction;
@@ -10,19 +8,17 @@ use crate::depth::{
     CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
     complete_reference_depth,
 };
-use crate::geometry::{DepthSample, Estimate, Match, Model, plane_at_infinity};
+use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity};
 use crate::observer::{Observer, Portion};
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
 
 /// How stiff the surfaces to choose from are. A soft one aligns more, a stiff one distorts less; which looks better depends on the scene.
 const STIFFNESS: [f64; 2] = [1.0, 16.0];
-/// The stiffness of the surface that is expected outside: a soft one comes nearest to the truth. With 1, what is hidden of 13 pairs is displaced by
-/// 10 % more.
-const EXPECTED: f64 = 0.25;
-/// What a displacement by the reference's diagonal counts, next to a unit of anisotropy. Chosen by eye on 13 real pairs, with their matches and our own: at
-/// 3 trees and a cone lean in one of them, from 5 on in three; at 0 two of them are farther from the truth and look no better.
-const DISPLACEMENT_WEIGHT: f64 = 2.0;
+/// The surface that says how far away things are outside: a soft one comes nearest to the truth.
+const EXPECTED: SurfaceShape = SurfaceShape { stiffness: 0.25, extrapolation: Extrapolation::Outward };
+/// The target is looked at at so many points a side for that.
+const POINTS: usize = 32;
 /// By how much better a homography has to look, as it misses whatever is nearer or farther than its plane.
 const HOMOGRAPHY_LEAD: f64 = 0.1;
 
@@ -55,19 +51,19 @@ pub(super) fn complete(
     let first = &mut Portion::new(observer, 0.0, 0.4);
     let mut known =
         KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
-    let judge = Judge::new(photos, &mut known, other)?;
-    let Some(best) = best_surface(&mut known, &judge)? else {
+    let prediction = Prediction::new(photos)?;
+    let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
     };
     let fitting = &mut Portion::new(observer, 0.4, 0.5);
     if let Some(flat) = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?
-        && judge.flaws(&flat.forward, &|_| 0.0)? + HOMOGRAPHY_LEAD < best.flaws
+        && prediction.flaws(&flat.forward, &|_| 0.0)? + HOMOGRAPHY_LEAD < best.flaws
     {
         return Ok(Completed::Homography(Box::new(flat)));
     }
     let own = best.surface.map(target.size())?;
     // Not needed any more, and as large as a few maps when the photos are small.
-    drop((known, judge, refined.target));
+    drop((known, prediction, refined.target));
     // Nothing is shown of the reference's outside.
     let shape = SurfaceShape { extrapolation: Extrapolation::Surface, ..best.shape };
     let options = CompletionOptions { keep_reliable: false, shape };
@@ -95,53 +91,41 @@ struct Candidate {
     flaws: f64,
 }
 
-/// What alignments are judged by.
-struct Judge<'a> {
-    prediction: Prediction,
-    model: &'a Model,
-    /// Where things outside of the reference are expected, and their median inverse depth next to that of what is infinitely far: `None` where that is
-    /// not known.
-    outside: Option<(Expected, f64)>,
-}
-
-impl<'a> Judge<'a> {
-    fn new(photos: [ImageView<'_>; 2], known: &mut KnownDepth<'_>, other: OtherView<'a>) -> Result<Self> {
-        let shape = SurfaceShape { stiffness: EXPECTED, extrapolation: Extrapolation::Outward };
-        let outside = match (other.infinity, known.surface(shape)?) {
-            (Some([a, b]), Some(surface)) => {
-                let expected = Expected::new(&surface, other.model, photos.map(|photo| photo.size()));
-                let depths = expected.points().map(|[x, y]| surface.at([x, y]) - a * x - b * y);
-                median(depths.collect()).map(|depth| (expected, depth))
-            }
-            _ => None,
-        };
-        Ok(Self { prediction: Prediction::new(photos)?, model: other.model, outside })
-    }
-
-    /// How unnatural the mosaic would look, and how far from the truth, with this model and the target's inverse depth.
-    fn flaws(&self, model: &Model, depth: &dyn Fn([f64; 2]) -> f64) -> Result<f64> {
-        let place = |point: [f64; 2]| model.project(point[0], point[1], depth(point));
-        let off = self.outside.as_ref().map_or(0.0, |(expected, _)| expected.displacement(&place));
-        Ok(self.prediction.flaws(model, depth)? + DISPLACEMENT_WEIGHT * off)
-    }
-}
-
 /// The surface through what is known of the target's depth that would look best; `None` when hardly anything is known.
-fn best_surface(known: &mut KnownDepth<'_>, judge: &Judge<'_>) -> Result<Option<Candidate>> {
+fn best_surface(
+    known: &mut KnownDepth<'_>,
+    prediction: &Prediction,
+    other: OtherView<'_>,
+    size: (usize, usize),
+) -> Result<Option<Candidate>> {
     let mut ways = vec![Extrapolation::Surface, Extrapolation::Plane];
-    if let Some((_, depth)) = judge.outside {
-        ways.extend([Extrapolation::Outward, Extrapolation::FrontoParallel(depth)]);
+    if let Some(slopes) = other.infinity {
+        ways.push(Extrapolation::Outward);
+        if let Some(surface) = known.surface(EXPECTED)?
+            && let Some(depth) = depth_outside(&surface, slopes, other, size)
+        {
+            ways.push(Extrapolation::FrontoParallel(depth));
+        }
     }
     let mut best: Option<Candidate> = None;
     for stiffness in STIFFNESS {
         for &extrapolation in &ways {
             let shape = SurfaceShape { stiffness, extrapolation };
             let Some(surface) = known.surface(shape)? else { continue };
-            let flaws = judge.flaws(judge.model, &|point| surface.at(point))?;
+            let flaws = prediction.flaws(other.model, &|point| surface.at(point))?;
             if best.as_ref().is_none_or(|best| flaws < best.flaws) {
                 best = Some(Candidate { surface, shape, flaws });
             }
         }
     }
     Ok(best)
+}
+
+/// The median of the inverse depth outside of the other photo, next to what is infinitely far and has these `slopes`. `None` where nothing is
+/// outside.
+fn depth_outside(surface: &Surface, [a, b]: [f64; 2], other: OtherView<'_>, (w, h): (usize, usize)) -> Option<f64> {
+    let at = |i: usize, side: usize| i as f64 / (POINTS - 1) as f64 * (side - 1) as f64;
+    let points = (0..POINTS * POINTS).map(|i| [at(i % POINTS, w), at(i / POINTS, h)]);
+    let outside = points.filter(|point| other.distance(*point, surface.at(*point)) > 0.0);
+    median(outside.map(|[x, y]| surface.at([x, y]) - a * x - b * y).collect())
 }

@@ -13,7 +13,6 @@
 //! | measure | [`quality`] |
 
 mod align;
-mod displacement;
 mod extrapolation;
 mod features;
 mod halved;

@@ -35,7 +35,8 @@ const inView = (page, selector) =>
 test("the warnings badge and the skip link leave the settings alone", async () => {
   const { page, complaints, close } = await site.open({
     files: smallPhotos,
-    hash: "#threshold=2.5&page.photoLimit=1536",
+    // A homography is warned of.
+    hash: "#threshold=2.5&withoutDepth=homography&page.photoLimit=1536",
   });
   const settings = async () => [
     await page.inputValue("#option-threshold"),

@@ -23,8 +23,8 @@ const BACKGROUND: [f64; 2] = [3e-3, 1e-6];
 /// The same of values far outside the other photo, and less before, so that both photos still agree near the border. Tuned on the
 /// evaluation cases: at 0.001 things still lean, at 0.01 they are squeezed.
 const FAR_OUTSIDE: f64 = 0.004;
-/// The same of slopes straight out from the other photo's border, soon outside. Tuned on 13 pairs of real photos whose overlap was partly hidden:
-/// eight times displaces what is hidden by 3 % more.
+/// The same of slopes straight out from the other photo's border, soon outside. Of 13 pairs of real photos whose overlap was
+/// partly hidden, eight times as much displaces what is hidden by 1 % more.
 const OUTWARD: f64 = 2.5;
 const SOON: f64 = 0.03;
 /// How far that is, as a share of the other photo's diagonal: half bends the outside 8 % less, twice 12 % more.

@@ -92,7 +92,7 @@ impl<'a> OtherView<'a> {
     }
 
     /// How far in pixels outside of the other photo a point with this depth lands, 0 inside; infinitely far behind its camera.
-    pub(super) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
+    pub(crate) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
         self.model.project(x, y, depth).map_or(f64::INFINITY, |place| outside(place, self.size))
     }
 }
