@@ -197,13 +197,18 @@ impl Equations {
         let Self { mesh, plane, parallax, data, smoothness, lines } = self;
         let SurfaceShape { stiffness, extrapolation } = shape;
         let mut pulls = Vec::new();
-        reserve(&mut pulls, 3 * mesh.len())?;
+        reserve(&mut pulls, mesh.len())?;
         // What the values become far outside, relative to the background's plane.
         let goal = match (extrapolation, slopes) {
             (Extrapolation::Plane, _) => Some([0.0; 3]),
             (Extrapolation::FrontoParallel(depth), Some([a, b])) => Some([a, b, (depth - plane[2]) * *parallax]),
             _ => None,
         };
+        let mut outward = Vec::new();
+        if let (Extrapolation::Outward, Some(slopes)) = (extrapolation, slopes) {
+            reserve(&mut outward, 2 * mesh.len())?;
+            mesh.pull_slopes(&|point| plane_depth(*plane, point), other, slopes, &mut outward);
+        }
         let mut values = vec![0.0; mesh.len()];
         for pass in 0..PASSES {
             pulls.clear();
@@ -211,11 +216,7 @@ impl Equations {
             let far = goal.filter(|_| pass > 0).map(|goal| (other, goal));
             let depth = |node: usize, point: [f64; 2]| values[node] / *parallax + plane_depth(*plane, point);
             mesh.pull(&depth, far, &mut pulls);
-            if let (Extrapolation::Outward, Some(slopes)) = (extrapolation, slopes) {
-                let background = |point: [f64; 2]| plane_depth(*plane, point);
-                mesh.pull_slopes(&background, other, slopes, &mut pulls);
-            }
-            let terms = [(&data[..], 1.0), (smoothness, stiffness), (&pulls, stiffness)];
+            let terms = [(&data[..], 1.0), (smoothness, stiffness), (&pulls, stiffness), (&outward, stiffness)];
             let Some(next) = solve::reweighted(mesh, &terms, lines, &values, pass)? else { return Ok(None) };
             values = next;
         }
