@@ -3,6 +3,7 @@
 use super::pull_push::Level;
 use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_grid, segments};
 use super::transfer::for_each_landing;
+use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, report};
@@ -109,6 +110,8 @@ pub fn complete_reference_depth(
 pub(crate) struct KnownDepth<'a> {
     /// NaN where it is not known.
     depth: InverseDepth,
+    /// Straight lines of the photo, along which it is affine.
+    segments: Vec<LineSegment>,
     /// Of the surface through it; `None` when hardly anything is known.
     equations: Option<Equations>,
     other: OtherView<'a>,
@@ -167,14 +170,18 @@ impl<'a> KnownDepth<'a> {
                 samples.push(DepthSample::new(other.model, point, depth));
             }
         }
-        let equations = if samples.len() + matches.len() < LEAST_SAMPLES {
-            None
-        } else {
-            let segments = photo.map_or(Ok(Vec::new()), segments)?;
+        let (mut lines, mut equations) = (Vec::new(), None);
+        if samples.len() + matches.len() >= LEAST_SAMPLES {
+            lines = photo.map_or(Ok(Vec::new()), segments)?;
             report(observer, Stage::Depth, 0.5)?;
-            Equations::new(&samples, matches, (w, h), photo, &segments, &other)?
-        };
-        Ok(Self { depth, equations, other })
+            equations = Equations::new(&samples, matches, (w, h), photo, &lines, &other)?;
+        }
+        Ok(Self { depth, segments: lines, equations, other })
+    }
+
+    /// The straight lines of the photo that take part.
+    pub fn segments(&self) -> &[LineSegment] {
+        &self.segments
     }
 
     /// The surface through it; `None` when hardly anything is known.

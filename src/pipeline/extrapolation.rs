@@ -51,7 +51,7 @@ pub(super) fn complete(
     let first = &mut Portion::new(observer, 0.0, 0.4);
     let mut known =
         KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
-    let prediction = Prediction::new(photos)?;
+    let prediction = Prediction::new(photos, known.segments().to_vec())?;
     let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
     };

@@ -23,6 +23,7 @@ mod options;
 mod picture;
 mod prediction;
 mod projected;
+mod straightness;
 mod timer;
 mod visible;
 
