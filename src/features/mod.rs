@@ -22,7 +22,7 @@ pub use descriptor::LENGTH;
 pub use detect::detect;
 pub(crate) use detect::reduced;
 pub use guided::{MatchGuide, match_guided};
-pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};
+pub use line_segments::{LineSegment, LineSegmentOptions, join_collinear, line_segments};
 pub(crate) use luma::{Luma, luma, visible_luma};
 pub use matching::{match_features, matches_of};
 pub(crate) use tracking::align_patch;

@@ -25,7 +25,7 @@ const MOST_BENDING: f64 = 0.1;
 /// on 37 real pairs, both ways round, and that of lines on 50 more.
 const BENDING_WEIGHT: f64 = 5.0;
 const LINE_WEIGHT: f64 = 10.0;
-const STEP_WEIGHT: f64 = 0.065;
+const STEP_WEIGHT: f64 = 0.075;
 
 /// Two photos of which alignments are to be compared.
 pub(super) struct Prediction {

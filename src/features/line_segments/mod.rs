@@ -4,10 +4,12 @@
 //! whose level lines point the same way are grown into regions, each is approximated by a rectangle, and a rectangle is
 //! accepted when noise alone would hardly ever produce as many aligned pixels (an a-contrario test).
 
+mod collinear;
 mod level_lines;
 mod rectangle;
 mod region;
 
+pub use collinear::join_collinear;
 use level_lines::LevelLines;
 use rectangle::Validation;
 use region::Grower;
