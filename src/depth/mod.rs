@@ -1,8 +1,8 @@
 //! Dense inverse depth: from matches, from stereo, extrapolated, and carried from one photo to the other.
 
-mod banded;
 mod completion;
 mod correction;
+mod diagonals;
 pub(crate) mod holes;
 mod interpolation;
 mod pull_push;

@@ -71,7 +71,7 @@ pub(super) fn along(
                 if within(point[0], w) && within(point[1], h) {
                     let (nodes, coefficients) = mesh.cell(point);
                     let target = target(point) + distant(point);
-                    terms.push(Term { nodes, coefficients, target, weight, inverse_scale: 1.0 });
+                    terms.push(Term { nodes, coefficients, target, weight });
                     along.push(t);
                 }
             }

@@ -45,8 +45,6 @@ pub(super) struct Term {
     pub coefficients: [f64; 4],
     pub target: f64,
     pub weight: f64,
-    /// From this residual on it counts less; 0 for a term that is never an outlier.
-    pub inverse_scale: f64,
 }
 
 impl Term {
@@ -116,7 +114,6 @@ impl Mesh {
                 coefficients: weights.map(|w| w * ratio),
                 target: (s.depth - plane_depth(plane, s.point)) * parallax * ratio,
                 weight,
-                inverse_scale: 1.0,
             }
         }));
     }
@@ -147,7 +144,7 @@ impl Mesh {
             if points.iter().all(|[x, y]| *x < self.columns && *y < self.rows) {
                 let mut nodes = [self.node(points[0][0], points[0][1]); 4];
                 nodes.iter_mut().zip(points).for_each(|(node, [x, y])| *node = self.node(*x, *y));
-                out.push(Term { nodes, coefficients, target: 0.0, weight: weight * BENDING, inverse_scale: 0.0 });
+                out.push(Term { nodes, coefficients, target: 0.0, weight: weight * BENDING });
             }
         };
         for y in 0..self.rows {
@@ -191,7 +188,6 @@ impl Mesh {
                 coefficients: [1.0, 0.0, 0.0, 0.0],
                 target: far.filter(|_| share > 0.0).map_or(0.0, |(_, goal)| plane_depth(goal, point)),
                 weight: BENDING * (BACKGROUND[1] + FAR_OUTSIDE * share),
-                inverse_scale: 0.0,
             }
         }));
     }
@@ -225,7 +221,6 @@ impl Mesh {
                         coefficients: [-1.0, 1.0, 0.0, 0.0],
                         target: slopes[axis] * self.spacing,
                         weight: BENDING * OUTWARD * share * share,
-                        inverse_scale: 0.0,
                     });
                 }
             }

@@ -17,6 +17,7 @@ use background::background;
 use lines::Line;
 pub(super) use lines::segments;
 use mesh::{Mesh, Term};
+use solve::System;
 
 /// Reweightings, and after how many outliers lose more.
 const PASSES: usize = 10;
@@ -196,18 +197,19 @@ impl Equations {
         let slopes = other.infinity.map(|slopes| self.deviations(slopes));
         let Self { mesh, plane, parallax, data, smoothness, lines } = self;
         let SurfaceShape { stiffness, extrapolation } = shape;
-        let mut pulls = Vec::new();
-        reserve(&mut pulls, mesh.len())?;
         // What the values become far outside, relative to the background's plane.
         let goal = match (extrapolation, slopes) {
             (Extrapolation::Plane, _) => Some([0.0; 3]),
             (Extrapolation::FrontoParallel(depth), Some([a, b])) => Some([a, b, (depth - plane[2]) * *parallax]),
             _ => None,
         };
-        let mut outward = Vec::new();
+        let mut fixed = System::new(mesh)?;
+        fixed.add(smoothness, stiffness);
+        let mut pulls = Vec::new();
         if let (Extrapolation::Outward, Some(slopes)) = (extrapolation, slopes) {
-            reserve(&mut outward, 2 * mesh.len())?;
-            mesh.pull_slopes(&|point| plane_depth(*plane, point), other, slopes, &mut outward);
+            reserve(&mut pulls, 2 * mesh.len())?;
+            mesh.pull_slopes(&|point| plane_depth(*plane, point), other, slopes, &mut pulls);
+            fixed.add(&pulls, stiffness);
         }
         let mut values = vec![0.0; mesh.len()];
         for pass in 0..PASSES {
@@ -216,8 +218,9 @@ impl Equations {
             let far = goal.filter(|_| pass > 0).map(|goal| (other, goal));
             let depth = |node: usize, point: [f64; 2]| values[node] / *parallax + plane_depth(*plane, point);
             mesh.pull(&depth, far, &mut pulls);
-            let terms = [(&data[..], 1.0), (smoothness, stiffness), (&pulls, stiffness), (&outward, stiffness)];
-            let Some(next) = solve::reweighted(mesh, &terms, lines, &values, pass)? else { return Ok(None) };
+            let mut system = fixed.clone();
+            system.add(&pulls, stiffness);
+            let Some(next) = solve::reweighted(system, data, lines, &values, pass)? else { return Ok(None) };
             values = next;
         }
         for (node, point) in mesh.vertices() {

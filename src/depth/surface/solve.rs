@@ -1,54 +1,114 @@
 //! The reweighted equations, by preconditioned conjugate gradients.
 
+use wide::f64x4;
+
 use super::lines::Line;
 use super::mesh::{Mesh, Term};
 use super::{ROBUST, robust};
 use crate::Result;
-use crate::depth::banded::{Banded, Factor, add_scaled, dot};
+use crate::depth::diagonals::{Diagonals, Factor, add_scaled, dot};
 
 /// Steps of the conjugate gradients at most, and the share of the residual they leave: that of a change, which is small in the end.
 const STEPS: usize = 12;
 const TOLERANCE: f64 = 1e-2;
 
-/// One reweighted solution of several kinds of terms, each with a factor.
+/// Normal equations.
+#[derive(Clone)]
+pub(super) struct System {
+    matrix: Diagonals,
+    right: Vec<f64>,
+}
+
+impl System {
+    pub fn new(mesh: &Mesh) -> Result<Self> {
+        let side = mesh.columns.min(mesh.rows);
+        // Vertices of one cell, and those of second differences; more frequent ones first.
+        let offsets = vec![0, 1, side, side + 1, side - 1, 2, 2 * side];
+        let matrix = Diagonals::new(mesh.len(), offsets)?;
+        Ok(Self { matrix, right: vec![0.0; mesh.len()] })
+    }
+
+    /// Adds terms that are never outliers, times a factor.
+    pub fn add(&mut self, terms: &[Term], factor: f64) {
+        for term in terms {
+            self.add_block(&term.nodes, &Block::of(term, factor * term.weight));
+        }
+    }
+
+    /// Adds samples, weighted by how well `values` fulfil them: first those that follow each other in one cell to each other.
+    fn add_data(&mut self, terms: &[Term], values: &[f64], pass: usize) {
+        for cell in terms.chunk_by(|a, b| a.nodes == b.nodes) {
+            let mut block = Block::default();
+            for term in cell {
+                let share = if pass == 0 { 1.0 } else { robust(term.residual(values), pass >= ROBUST) };
+                block.add(term, term.weight * share);
+            }
+            self.add_block(&cell[0].nodes, &block);
+        }
+    }
+
+    fn add_block(&mut self, nodes: &[usize; 4], block: &Block) {
+        for (i, (&n, row)) in nodes.iter().zip(&block.matrix).enumerate() {
+            self.right[n] += block.right.as_array_ref()[i];
+            for (&m, &value) in nodes[..=i].iter().zip(row.as_array_ref()).filter(|(_, value)| **value != 0.0) {
+                self.matrix.add(n, m, value);
+            }
+        }
+    }
+}
+
+/// The normal equations of the vertices of one cell.
+#[derive(Default)]
+struct Block {
+    matrix: [f64x4; 4],
+    right: f64x4,
+}
+
+impl Block {
+    fn of(term: &Term, weight: f64) -> Self {
+        let mut block = Self::default();
+        block.add(term, weight);
+        block
+    }
+
+    fn add(&mut self, term: &Term, weight: f64) {
+        let coefficients = f64x4::new(term.coefficients);
+        for (row, c) in self.matrix.iter_mut().zip(term.coefficients) {
+            *row += coefficients * f64x4::splat(weight * c);
+        }
+        self.right += coefficients * f64x4::splat(weight * term.target);
+    }
+}
+
+/// One reweighted solution of a system that stays the same, `data`, and lines.
 pub(super) fn reweighted(
-    mesh: &Mesh,
-    terms: &[(&[Term], f64)],
+    mut system: System,
+    data: &[Term],
     lines: &mut [Line],
     start: &[f64],
     pass: usize,
 ) -> Result<Option<Vec<f64>>> {
-    let mut matrix = Banded::new(mesh.len(), 2 * mesh.columns.min(mesh.rows))?;
-    let mut right = vec![0.0; mesh.len()];
-    let mut gather = |term: &Term, weight: f64| {
-        for (i, (&n, &a)) in term.nodes.iter().zip(&term.coefficients).enumerate() {
-            let a = weight * a;
-            if a != 0.0 {
-                right[n] += a * term.target;
-                for (&m, &b) in term.nodes[..=i].iter().zip(&term.coefficients) {
-                    matrix.add(n, m, a * b);
-                }
-            }
-        }
-    };
-    for (terms, factor) in terms {
-        for term in *terms {
-            let residual = term.residual(start) * term.inverse_scale;
-            let share = if pass == 0 || term.inverse_scale == 0.0 { 1.0 } else { robust(residual, pass >= ROBUST) };
-            gather(term, factor * term.weight * share);
-        }
-    }
+    system.add_data(data, start, pass);
     for line in lines.iter_mut() {
         line.reweight(start, pass);
-        line.terms.iter().zip(&line.weights).for_each(|(term, w)| gather(term, *w));
+        for (term, weight) in line.terms.iter().zip(&line.weights) {
+            system.add_block(&term.nodes, &Block::of(term, *weight));
+        }
     }
+    let System { matrix, mut right } = system;
     lines.iter().for_each(|line| line.release_targets(&mut right));
-    let Some(factor) = matrix.clone().cholesky() else { return Ok(None) };
+    let Some(factor) = matrix.cholesky()? else { return Ok(None) };
     Ok(Some(conjugate_gradients(&matrix, &factor, lines, right, start)))
 }
 
 /// The matrix has the lines pull to 0 rather than to be affine: it only preconditions.
-fn conjugate_gradients(matrix: &Banded, factor: &Factor, lines: &[Line], right: Vec<f64>, start: &[f64]) -> Vec<f64> {
+fn conjugate_gradients(
+    matrix: &Diagonals,
+    factor: &Factor,
+    lines: &[Line],
+    right: Vec<f64>,
+    start: &[f64],
+) -> Vec<f64> {
     let apply = |x: &[f64]| {
         let mut out = matrix.multiply(x);
         lines.iter().for_each(|line| line.release(x, &mut out));

@@ -1,0 +1,116 @@
+//! Symmetric positive definite matrices with few diagonals, and their Cholesky factorisation.
+
+use wide::f64x4;
+
+use crate::Result;
+use crate::image::zeroed;
+
+/// A symmetric matrix of which only some diagonals are not 0.
+#[derive(Clone)]
+pub(super) struct Diagonals {
+    size: usize,
+    /// How far each is from the main one.
+    offsets: Vec<usize>,
+    /// Of one after the other, the entries (j + offset, j).
+    entries: Vec<f64>,
+}
+
+impl Diagonals {
+    pub fn new(size: usize, offsets: Vec<usize>) -> Result<Self> {
+        Ok(Self { size, entries: zeroed(size * offsets.len())?, offsets })
+    }
+
+    /// Adds to the entries (i, j) and (j, i); those of other diagonals are not there.
+    #[inline(always)]
+    pub fn add(&mut self, i: usize, j: usize, value: f64) {
+        if let Some(diagonal) = self.offsets.iter().position(|offset| *offset == i.abs_diff(j))
+            && let Some(entry) = self.entries.get_mut(diagonal * self.size + i.min(j))
+        {
+            *entry += value;
+        }
+    }
+
+    /// The product with a vector.
+    pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; x.len()];
+        for (&offset, entries) in self.offsets.iter().zip(self.entries.chunks_exact(self.size)) {
+            let count = self.size.saturating_sub(offset);
+            add_product(&mut out[offset..], &entries[..count], &x[..count]);
+            if offset > 0 {
+                add_product(&mut out[..count], &entries[..count], &x[offset..]);
+            }
+        }
+        out
+    }
+
+    /// L of A = LLᵀ; `None` when the matrix is not positive definite.
+    pub fn cholesky(&self) -> Result<Option<Factor>> {
+        let length = 1 + self.offsets.iter().max().copied().unwrap_or(0);
+        let mut columns: Vec<f64> = zeroed(self.size * length)?;
+        for (&offset, entries) in self.offsets.iter().zip(self.entries.chunks_exact(self.size)) {
+            columns.chunks_exact_mut(length).zip(entries).for_each(|(column, entry)| column[offset] += entry);
+        }
+        for j in 0..self.size {
+            let (column, right) = columns[j * length..].split_at_mut(length);
+            let pivot = column[0].sqrt();
+            if pivot.is_nan() || pivot <= 0.0 {
+                return Ok(None);
+            }
+            column[0] = pivot;
+            column[1..].iter_mut().for_each(|entry| *entry /= pivot);
+            for (k, other) in (1..length).zip(right.chunks_exact_mut(length)) {
+                add_scaled(&mut other[..length - k], &column[k..], -column[k]);
+            }
+        }
+        Ok(Some(Factor { length, columns }))
+    }
+}
+
+/// The Cholesky factor L of a matrix, a band from its main diagonal downwards.
+pub(super) struct Factor {
+    length: usize,
+    /// Column by column, rows j to j + length − 1.
+    columns: Vec<f64>,
+}
+
+impl Factor {
+    /// Replaces y by the solution x of LLᵀx = y.
+    pub fn solve(&self, y: &mut [f64]) {
+        for (j, column) in self.columns.chunks_exact(self.length).enumerate() {
+            y[j] /= column[0];
+            let (value, below) = (y[j], self.length.min(y.len() - j));
+            add_scaled(&mut y[j + 1..j + below], &column[1..below], -value);
+        }
+        for (j, column) in self.columns.chunks_exact(self.length).enumerate().rev() {
+            let below = self.length.min(y.len() - j);
+            y[j] = (y[j] - dot(&column[1..below], &y[j + 1..j + below])) / column[0];
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, ra), (b, rb)) = (a.as_chunks(), b.as_chunks());
+    let sum = a.iter().zip(b).fold(f64x4::ZERO, |sum, (&a, &b)| sum + f64x4::new(a) * f64x4::new(b));
+    let [p, q, r, s] = sum.to_array();
+    ra.iter().zip(rb).fold((p + q) + (r + s), |sum, (a, b)| sum + a * b)
+}
+
+/// a += s·b.
+#[inline(never)] // inlined it is a fifth of a kilobyte more
+pub(super) fn add_scaled(a: &mut [f64], b: &[f64], s: f64) {
+    let ((a, ra), (b, rb)) = (a.as_chunks_mut(), b.as_chunks());
+    for (a, &b) in a.iter_mut().zip(b) {
+        *a = (f64x4::new(*a) + f64x4::splat(s) * f64x4::new(b)).to_array();
+    }
+    ra.iter_mut().zip(rb).for_each(|(a, b)| *a += s * b);
+}
+
+/// a += b·c, entry by entry.
+fn add_product(a: &mut [f64], b: &[f64], c: &[f64]) {
+    let ((a, ra), (b, rb), (c, rc)) = (a.as_chunks_mut(), b.as_chunks(), c.as_chunks());
+    for ((a, &b), &c) in a.iter_mut().zip(b).zip(c) {
+        *a = (f64x4::new(*a) + f64x4::new(b) * f64x4::new(c)).to_array();
+    }
+    ra.iter_mut().zip(rb).zip(rc).for_each(|((a, b), c)| *a += b * c);
+}
