@@ -11,10 +11,9 @@ pub fn join_collinear(
     tolerance: f64,
     max_gap: f64,
 ) -> Vec<LineSegment> {
-    segments.sort_by(|a, b| b.length().total_cmp(&a.length()));
     let mut joined = Vec::new();
-    while segments.first().is_some_and(|longest| longest.length() >= min_length) {
-        let mut whole = segments.remove(0);
+    while let Some(longest) = longest(&segments).filter(|&i| segments[i].length() >= min_length) {
+        let mut whole = segments.swap_remove(longest);
         // What is longer reaches what it did not before.
         loop {
             let before = segments.len();
@@ -32,6 +31,10 @@ pub fn join_collinear(
         joined.push(whole);
     }
     joined
+}
+
+fn longest(segments: &[LineSegment]) -> Option<usize> {
+    (0..segments.len()).max_by(|&a, &b| segments[a].length().total_cmp(&segments[b].length()))
 }
 
 /// Both in one, if `part` continues `whole`.
