@@ -172,7 +172,9 @@ impl<'a> KnownDepth<'a> {
         }
         let (mut lines, mut equations) = (Vec::new(), None);
         if samples.len() + matches.len() >= LEAST_SAMPLES {
-            lines = photo.map_or(Ok(Vec::new()), segments)?;
+            // Two photos alone, which come with matches, have no better way to tell where a lamp post ends. In sets, where more is known, joined lines
+            // displace more than they mend: 1.4 to 1.6 and 1.5 to 2.0 px in two of exact depth.
+            lines = photo.map_or(Ok(Vec::new()), |photo| segments(photo, !matches.is_empty()))?;
             report(observer, Stage::Depth, 0.5)?;
             equations = Equations::new(&samples, matches, (w, h), photo, &lines, &other)?;
         }

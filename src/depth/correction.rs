@@ -51,7 +51,7 @@ pub(crate) fn correct_outside(
         return Ok(None);
     }
     let matches: Vec<DepthSample> = matches.iter().copied().map(wrong).collect();
-    let segments = segments(photo)?;
+    let segments = segments(photo, false)?;
     report(observer, Stage::Refine, 0.5)?;
     let shape = SurfaceShape { stiffness: STIFFNESS, ..SurfaceShape::default() };
     let surface = match Equations::of_correction(&samples, &matches, &prior, &segments)? {

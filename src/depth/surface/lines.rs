@@ -36,12 +36,16 @@ pub(super) struct Line {
     constant: bool,
 }
 
-/// The straight lines of a photo that are long enough to take part, from end to end.
-pub(in crate::depth) fn segments(photo: ImageView<'_>) -> Result<Vec<LineSegment>> {
+/// The straight lines of a photo that are long enough to take part: each from end to end with `join`, or its longest parts.
+pub(in crate::depth) fn segments(photo: ImageView<'_>, join: bool) -> Result<Vec<LineSegment>> {
     let diagonal = diagonal(photo.size());
-    let options = LineSegmentOptions { min_length: PART * diagonal, ..LineSegmentOptions::default() };
+    let min_length = if join { PART } else { SHORTEST } * diagonal;
+    let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;
+    if !join {
+        return Ok(segments);
+    }
     let [shortest, tolerance, gap] = [SHORTEST, TOLERANCE, GAP].map(|share| share * diagonal);
-    Ok(join_collinear(line_segments(photo, &options)?, shortest, tolerance, gap))
+    Ok(join_collinear(segments, shortest, tolerance, gap))
 }
 
 /// Samples along both sides of the segments, each of this weight: there the values, less `target` of the point, are affine. With `upright`, what
