@@ -9,7 +9,7 @@ mod level_lines;
 mod rectangle;
 mod region;
 
-pub use collinear::join_collinear;
+pub(crate) use collinear::join_collinear;
 use level_lines::LevelLines;
 use rectangle::Validation;
 use region::Grower;
