@@ -7,7 +7,7 @@
 use super::halved::{half_size, is_halved};
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
-use crate::mosaic::{Blending, FillMethod, Seam};
+use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam};
 use crate::warp::{MOST_KEPT, Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
 
@@ -96,6 +96,8 @@ const BANDS: f64 = 32.0 / 3.0;
 /// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam, and how many there are on a photo.
 const ALIGNMENT: u64 = 20;
 const ALIGNMENT_NODES: u64 = 350 * 350 / 2;
+/// The same of the grid on which straight edges are looked for: half of those of a node, as about half of the canvas is near the seam.
+const EDGES: u64 = 15;
 /// Smooth filling numbers the pixels of its window.
 const SMOOTH_FILL: u64 = 5;
 /// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas, and half of that where smooth
@@ -305,7 +307,8 @@ impl<'a> Memory<'a> {
         let aligned = match self.options.blend.seam {
             Seam::Aligned => {
                 let nodes = canvas.min(canvas.saturating_mul(ALIGNMENT_NODES) / self.photos()[1].max(1));
-                canvas.saturating_mul(RGBA).max(nodes.saturating_mul(ALIGNMENT))
+                let edges = canvas.min(EDGE_NODES as u64) * EDGES;
+                canvas.saturating_mul(RGBA).max(nodes.saturating_mul(ALIGNMENT)).max(edges)
             }
             _ => 0,
         };

@@ -8,7 +8,7 @@ use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, report};
 
 /// How far from the seam the photos are compared, in diagonals.
-const BAND: f32 = 0.02;
+pub(super) const BAND: f32 = 0.02;
 /// Differences of this many levels count half as much.
 const OUTLIER: f32 = 25.0;
 /// Weight of the slopes of the field, next to squared levels a node: at a third, lines turn visibly where they cross the seam; at
@@ -45,8 +45,8 @@ struct Equation {
 }
 
 impl Field {
-    /// Of a level, from the field of the next coarser one.
-    pub fn of(level: &Level, coarser: Option<&Self>, observer: &mut dyn Observer) -> Result<Self> {
+    /// Of a level and the equations of the `edges` there, from the field of the next coarser one.
+    pub fn of(level: &Level, edges: &[[f32; 5]], coarser: Option<&Self>, observer: &mut dyn Observer) -> Result<Self> {
         let (width, height) = (level.width, level.height);
         let mut field = Self { width, height, values: zeroed(width * height)? };
         let near = || (0..width * height).filter(|node| level.distance[*node] < FARTHEST);
@@ -61,7 +61,7 @@ impl Field {
         for pass in 0..ITERATIONS {
             report(observer, Stage::Blend, pass as f32 / ITERATIONS as f32)?;
             equations.clear();
-            equations.extend(near().map(|node| field.equation(level, node)));
+            equations.extend(near().map(|node| field.equation(level, edges, node)));
             (0..SWEEPS).for_each(|_| field.relax(&equations));
         }
         Ok(field)
@@ -89,12 +89,14 @@ impl Field {
         })
     }
 
-    /// Brightness constancy of a node, linearised at its displacement, and what draws that to 0.
+    /// Brightness constancy of a node, linearised at its displacement, what edges say of that, and what draws it to 0.
     #[inline(never)] // see `crate::rows`
-    fn equation(&self, level: &Level, node: usize) -> Equation {
+    fn equation(&self, level: &Level, edges: &[[f32; 5]], node: usize) -> Equation {
         let share = level.distance[node] / REACH;
         let fading = FADING * share * share + LEAST_FADING;
-        let free = || self.of_node(node, [fading, 0.0, fading], [0.0; 2]);
+        let [a, b, c, p, q] = edges.get(node).copied().unwrap_or_default();
+        let (a, c) = (a + fading, c + fading);
+        let free = || self.of_node(node, [a, b, c], [p, q]);
         let near = level.distance[node] / BAND;
         if near > NEGLIGIBLE {
             return free();
@@ -110,8 +112,8 @@ impl Field {
         let outlier = apart / OUTLIER;
         let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
         let constant = weight * (gx * u + gy * v - apart);
-        let matrix = [fading + weight * gx * gx, weight * gx * gy, fading + weight * gy * gy];
-        self.of_node(node, matrix, [gx * constant, gy * constant])
+        let matrix = [a + weight * gx * gx, b + weight * gx * gy, c + weight * gy * gy];
+        self.of_node(node, matrix, [p + gx * constant, q + gy * constant])
     }
 
     /// The equations of a node by its own matrix and right side.

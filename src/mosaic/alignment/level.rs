@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::distance::{STRAIGHT, distance};
+use crate::each_row::for_each_row;
 use crate::image::reserve;
 use crate::luma::rec601;
 use crate::mosaic::canvas::Placed;
@@ -10,60 +11,75 @@ use crate::{Image, Mask, Result};
 
 /// Nodes of one resolution, each a square of pixels.
 pub(super) struct Level {
+    /// Where the first square begins on the canvas, and the side of each, in pixels.
+    pub origin: [usize; 2],
+    pub side: usize,
     pub width: usize,
     pub height: usize,
-    /// Mean luma of the target and of the reference; NaN where any pixel of the square is not there.
+    /// Mean luma of the target and of the reference; NaN where any pixel of the square is not there, and far from the seam.
     pub target: Vec<f32>,
     pub reference: Vec<f32>,
     /// Distance from the seam, in diagonals of the reference.
     pub distance: Vec<f32>,
+    /// Which photo shows in the middle of a square; none for a halved level.
+    pub labels: Vec<u8>,
 }
 
 impl Level {
-    /// Squares of `side` pixels of the region (columns, rows) of the canvas; `length` is the reference's diagonal in nodes.
+    /// Squares of `side` pixels of the region (columns, rows) of the canvas, within `reach` of the seam; `length` is the reference's diagonal in pixels.
     pub fn finest(
         image: &Image,
         reference: &Placed<'_>,
         seam: &Mask,
         (columns, rows): &(Range<usize>, Range<usize>),
+        reach: f32,
         side: usize,
         length: f64,
     ) -> Result<Self> {
         let (width, height) = (columns.len().div_ceil(side), rows.len().div_ceil(side));
-        let (mut target, mut other, mut labels) = (Vec::new(), Vec::new(), Vec::new());
-        reserve(&mut target, width * height)?;
-        reserve(&mut other, width * height)?;
-        reserve(&mut labels, width * height)?;
         let canvas = image.width();
-        let share = 1.0 / (side * side) as f32;
-        for (j, i) in (0..height).flat_map(|j| (0..width).map(move |i| (j, i))) {
-            let (left, top) = (columns.start + i * side, rows.start + j * side);
-            let (mut sums, mut count) = ([0.0f32; 2], 0);
-            for y in top..(top + side).min(rows.end) {
-                let row = reference.row(y);
-                for x in left..(left + side).min(columns.end) {
-                    let own = image.pixels()[y * canvas + x];
-                    sums[0] += if own[3] == 0 { f32::NAN } else { rec601(own) };
-                    sums[1] += reference.pixel(row, x).map_or(f32::NAN, rec601);
-                    count += 1;
-                }
-            }
-            let share = if count == side * side { share } else { f32::NAN };
-            target.push(sums[0] * share);
-            other.push(sums[1] * share);
-            let middle = [(left + side / 2).min(columns.end - 1), (top + side / 2).min(rows.end - 1)];
-            labels.push(seam.data()[middle[1] * canvas + middle[0]]);
+        let mut labels = Vec::new();
+        reserve(&mut labels, width * height)?;
+        let middle = |i: usize, range: &Range<usize>| (range.start + i * side + side / 2).min(range.end - 1);
+        for row in (0..height).map(|j| &seam.data()[middle(j, rows) * canvas..][..canvas]) {
+            labels.extend((0..width).map(|i| row[middle(i, columns)]));
         }
         let meets = |at: usize| {
             let next = |beyond: usize| labels.get(at + beyond).is_some_and(|label| labels[at] ^ label == 3);
             (!(at + 1).is_multiple_of(width) && next(1)) || next(width)
         };
-        let scale = 1.0 / (f64::from(STRAIGHT) * length) as f32;
+        let scale = (side as f64 / (f64::from(STRAIGHT) * length)) as f32;
         let steps = distance(width * height, width, &meets)?;
         let mut distance = Vec::new();
         reserve(&mut distance, steps.len())?;
         distance.extend(steps.iter().map(|steps| f32::from(*steps) * scale));
-        Ok(Self { width, height, target, reference: other, distance })
+        drop(steps);
+        let (mut target, mut other) = (Vec::new(), Vec::new());
+        reserve(&mut target, width * height)?;
+        reserve(&mut other, width * height)?;
+        let whole = (columns.len() / side, rows.len() / side);
+        let share = 1.0 / (side * side) as f32;
+        for_each_row(0..height, &mut |j| {
+            for i in 0..width {
+                let mut sums = [f32::NAN; 2];
+                if i < whole.0 && j < whole.1 && distance[j * width + i] < reach {
+                    sums = [0.0; 2];
+                    let (left, top) = (columns.start + i * side, rows.start + j * side);
+                    for y in top..top + side {
+                        let row = reference.row(y);
+                        for (x, own) in (left..).zip(&image.pixels()[y * canvas + left..][..side]) {
+                            sums[0] += if own[3] == 0 { f32::NAN } else { rec601(*own) };
+                            sums[1] += reference.pixel(row, x).map_or(f32::NAN, rec601);
+                        }
+                    }
+                }
+                target.push(sums[0] * share);
+                other.push(sums[1] * share);
+            }
+            Ok(())
+        })?;
+        let origin = [columns.start, rows.start];
+        Ok(Self { origin, side, width, height, target, reference: other, distance, labels })
     }
 
     /// Half the resolution.
@@ -82,7 +98,25 @@ impl Level {
             Ok(out)
         };
         let [target, reference, distance] = [&self.target, &self.reference, &self.distance].map(|values| of(values));
-        Ok(Self { width, height, target: target?, reference: reference?, distance: distance? })
+        let (origin, side, labels) = (self.origin, 2 * self.side, Vec::new());
+        Ok(Self { origin, side, width, height, target: target?, reference: reference?, distance: distance?, labels })
+    }
+
+    /// A point of the canvas in nodes.
+    pub fn in_nodes(&self, point: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| (point[k] + 0.5 - self.origin[k] as f64) / self.side as f64 - 0.5)
+    }
+
+    /// A point in nodes on the canvas.
+    pub fn on_canvas(&self, point: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| (point[k] + 0.5) * self.side as f64 - 0.5 + self.origin[k] as f64)
+    }
+
+    /// The node at a point in nodes; `None` outside.
+    pub fn node(&self, point: [f64; 2]) -> Option<usize> {
+        let [x, y] = point.map(|p| (p + 0.5).floor());
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        inside.then_some(y as usize * self.width + x as usize)
     }
 
     /// The target's luma at a point, bilinear; NaN outside and next to what is not there.

@@ -3,8 +3,10 @@
 //! What displacement is left between the photos shows where lines cross the seam. The target gives way there, by a smooth field that
 //! fades with the distance from the seam, so that what joins does so without a bend (after K. Lin et al., *SEAGULL: Seam-guided
 //! Local Alignment for Parallax-tolerant Image Stitching*, ECCV 2016). The field is the optical flow of B. Horn and B. Schunck,
-//! *Determining Optical Flow*, Artif. Intell. 17 (1981), weighted by the distance from the seam, from coarse to fine.
+//! *Determining Optical Flow*, Artif. Intell. 17 (1981), weighted by the distance from the seam, from coarse to fine. Straight edges that both
+//! photos have at the seam are brought together besides.
 
+mod edges;
 mod field;
 mod level;
 mod resample;
@@ -19,15 +21,23 @@ use level::Level;
 
 /// Nodes along the diagonal of the reference, about: 700 align no better.
 const NODES: f64 = 350.0;
+/// Nodes at most where straight edges are looked for: with fewer, cables of two pixels are lost in photos of 2 MP.
+pub(crate) const EDGE_NODES: usize = 2_000_000;
 /// Levels of resolution, each half the one before.
 const LEVELS: usize = 3;
 
 /// Moves the target in `image` so that it meets the reference along the `seam`.
 pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, observer: &mut dyn Observer) -> Result<()> {
     let length = diagonal(reference.photo.size());
-    let Some(region) = surroundings(seam, (f64::from(FARTHEST) * length) as usize) else { return Ok(()) };
-    let side = ((length / NODES) as usize).max(1);
-    let mut levels = vec![Level::finest(image, reference, seam, &region, side, length / side as f64)?];
+    let around = |reach: f32| surroundings(seam, (f64::from(reach) * length) as usize);
+    let Some((near, region)) = around(edges::REACH).zip(around(FARTHEST)) else { return Ok(()) };
+    let finest =
+        |region, reach, side: f64| Level::finest(image, reference, seam, region, reach, (side as usize).max(1), length);
+    let squared = (near.0.len() * near.1.len()) as f64 / EDGE_NODES as f64;
+    let crossings = edges::crossings(&finest(&near, edges::REACH, squared.sqrt().ceil())?, length)?;
+    let first = finest(&region, FARTHEST, length / NODES)?;
+    let side = first.side;
+    let mut levels = vec![first];
     while let Some(coarser) = levels.last().filter(|_| levels.len() < LEVELS).map(Level::halved) {
         levels.push(coarser?);
     }
@@ -36,7 +46,8 @@ pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, obse
     while let Some(level) = levels.pop() {
         let from = 0.5 * (1.0 - (levels.len() + 1) as f32 / total);
         let mut solving = Portion::new(observer, from, from + 0.5 / total);
-        field = Some(Field::of(&level, field.as_ref(), &mut solving)?);
+        let edges = edges::equations(&crossings, &level, length)?;
+        field = Some(Field::of(&level, &edges, field.as_ref(), &mut solving)?);
     }
     match field {
         Some(field) => resample::displace(image, &region, (&field, side), &mut Portion::new(observer, 0.5, 1.0)),

@@ -19,7 +19,7 @@ use level::Level;
 
 /// Labels of a seam mask.
 const NONE: u8 = 0;
-const TARGET: u8 = 1;
+pub(super) const TARGET: u8 = 1;
 pub(super) const REFERENCE: u8 = 2;
 const BOTH: u8 = 3;
 
