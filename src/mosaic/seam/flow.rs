@@ -1,8 +1,8 @@
 //! Minimum cut of a graph of grid cells by maximum flow.
 //!
 //! E. A. Dinic, *Algorithm for Solution of a Problem of Maximum Flow in a Network with Power Estimation*, Soviet Math. Doklady
-//! 11 (1970): nodes are layered by their steps from the source, and flow is sent from layer to layer until none gets
-//! through any more; then they are layered anew, until the sink is out of reach.
+//! 11 (1970): nodes are layered by their steps to the sink, and flow is sent down the layers until none gets through any
+//! more; then they are layered anew, until the source is out of reach.
 
 use crate::Result;
 use crate::image::reserve;
@@ -10,7 +10,7 @@ use crate::image::reserve;
 /// Right, left, down, up: the opposite of `k` is `k ^ 1`.
 pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
-/// The layer of a node that is out of the source's reach.
+/// The layer of a node that is out of reach.
 const NEVER: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
@@ -61,44 +61,47 @@ impl Flow {
 
     /// Lets as much flow as can.
     pub fn run(&mut self) {
-        while self.layer() {
+        while self.layer(-1) {
             for node in 0..self.nodes.len() {
                 while self.nodes[node].terminal > 0 && self.send(node) {}
             }
         }
+        // What is left to say is what the source reaches.
+        self.layer(1);
     }
 
-    /// Layers the nodes; whether the sink is within reach.
+    /// Layers the nodes by their steps from the source (`side` 1) or to the sink (−1); whether one is within reach of the other.
     #[inline(never)] // see `crate::rows`
-    fn layer(&mut self) -> bool {
+    fn layer(&mut self, side: i32) -> bool {
         self.path.clear();
         for (i, node) in (0..).zip(&mut self.nodes) {
             (node.layer, node.open) = (NEVER, 0);
-            if node.terminal > 0 {
+            if node.terminal * side > 0 {
                 node.layer = 0;
                 self.path.push(i);
             }
         }
-        let mut sink = NEVER;
+        let mut end = NEVER;
         let mut first = 0;
         while let Some(&here) = self.path.get(first) {
             let layer = self.nodes[here as usize].layer;
-            if layer >= sink {
-                break; // what is behind the sink cannot be on a shortest way
+            if layer >= end {
+                break; // what is behind the end cannot be on a shortest way
             }
             for k in 0..NEIGHBOURS.len() {
                 let Node { next, rest, .. } = &self.nodes[here as usize];
                 let (next, rest) = (next[k], rest[k]);
                 let node = &mut self.nodes[next as usize];
+                let rest = if side > 0 { rest } else { node.rest[k ^ 1] };
                 if rest > 0 && node.layer == NEVER {
                     node.layer = layer + 1;
-                    sink = if node.terminal < 0 { node.layer } else { sink };
+                    end = if node.terminal * side < 0 { node.layer } else { end };
                     self.path.push(next);
                 }
             }
             first += 1;
         }
-        sink != NEVER
+        end != NEVER
     }
 
     /// Sends flow from a node that the source has something left for down the layers to the sink; whether any got through.
@@ -109,7 +112,7 @@ impl Flow {
         while self.nodes[here].terminal >= 0 {
             let Node { next, rest, layer, open, .. } = &self.nodes[here];
             if let (Some(&next), Some(&rest)) = (next.get(*open), rest.get(*open)) {
-                if rest > 0 && self.nodes[next as usize].layer == layer + 1 {
+                if rest > 0 && self.nodes[next as usize].layer.wrapping_add(1) == *layer {
                     self.path.push(here as u32);
                     here = next as usize;
                     continue;
