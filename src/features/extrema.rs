@@ -80,10 +80,10 @@ impl Scanner {
         let centre = row(level, y);
         let (above, below) = (row(level, y - 1), row(level, y + 1));
         let [finer, coarser] = [level - 1, level + 1].map(|level| [y - 1, y, y + 1].map(|y| row(level, y)));
-        let before = [above, finer[0], finer[1], finer[2]];
-        let after = [below, coarser[0], coarser[1], coarser[2]];
-        // Four samples at a time, the cheapest tests first.
-        for x in (BORDER..self.width - BORDER).step_by(4) {
+        let before = [finer[1], above, finer[0], finer[2]];
+        let after = [coarser[1], below, coarser[0], coarser[2]];
+        // Four samples at a time, the cheapest and most selective tests first.
+        'samples: for x in (BORDER..self.width - BORDER).step_by(4) {
             let value = load(centre, x);
             let strong = value.abs().cmp_gt(least);
             if strong.none() {
@@ -94,13 +94,13 @@ impl Scanner {
             let first = |(most, least): (f32x4, f32x4), v| (most & value.cmp_gt(v), least & value.cmp_lt(v));
             let mut extreme = last(last((strong, strong), load(centre, x - 1)), load(above, x));
             extreme = first(first(extreme, load(centre, x + 1)), load(below, x));
-            if (extreme.0 | extreme.1).none() {
-                continue;
-            }
             // Among all 26 in scale space.
-            for i in 0..before.len() {
+            for (before, after) in before.into_iter().zip(after) {
+                if (extreme.0 | extreme.1).none() {
+                    continue 'samples;
+                }
                 for x in x - 1..x + 2 {
-                    extreme = first(last(extreme, load(before[i], x)), load(after[i], x));
+                    extreme = first(last(extreme, load(before, x)), load(after, x));
                 }
             }
             let (most, least) = extreme;
