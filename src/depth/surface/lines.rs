@@ -89,10 +89,11 @@ pub(super) fn along(
 }
 
 impl Line {
-    /// Intercept and slope that fit `values` best; no slope where they are to be constant.
-    fn affine(&self, values: &[f64]) -> [f64; 2] {
+    /// Intercept and slope that fit the values best; no slope where they are to be constant.
+    fn affine(&self, value: &dyn Fn(&Term) -> f64) -> [f64; 2] {
         let [mut s, mut t, mut tt, mut v, mut tv] = [0.0; 5];
-        for ((&w, &a), &value) in self.weights.iter().zip(&self.along).zip(values) {
+        for ((&w, &a), term) in self.weights.iter().zip(&self.along).zip(&self.terms) {
+            let value = value(term);
             (s, t, tt, v, tv) = (s + w, t + w * a, tt + w * a * a, v + w * value, tv + w * a * value);
         }
         let det = s * tt - t * t;
@@ -104,15 +105,14 @@ impl Line {
     }
 
     pub fn reweight(&mut self, x: &[f64], pass: usize) {
-        let values: Vec<f64> = self.terms.iter().map(|term| term.residual(x)).collect();
         if pass == 0 {
             self.weights.fill(self.weight);
             return;
         }
-        let [a, b] = self.affine(&values);
+        let [a, b] = self.affine(&|term| term.residual(x));
         let scale = if self.constant { UPRIGHT } else { 1.0 };
-        for ((w, value), t) in self.weights.iter_mut().zip(values).zip(&self.along) {
-            *w = self.weight * robust((value - a - b * t) / scale, pass >= ROBUST);
+        for ((w, term), t) in self.weights.iter_mut().zip(&self.terms).zip(&self.along) {
+            *w = self.weight * robust((term.residual(x) - a - b * t) / scale, pass >= ROBUST);
         }
     }
 
@@ -127,8 +127,7 @@ impl Line {
     }
 
     fn release_values(&self, value: &dyn Fn(&Term) -> f64, out: &mut [f64]) {
-        let values: Vec<f64> = self.terms.iter().map(value).collect();
-        let [a, b] = self.affine(&values);
+        let [a, b] = self.affine(value);
         for ((term, w), t) in self.terms.iter().zip(&self.weights).zip(&self.along) {
             let pull = w * (a + b * t);
             for (&n, c) in term.nodes.iter().zip(term.coefficients) {
