@@ -115,6 +115,8 @@ pub(super) struct Equations {
     data: Vec<Term>,
     smoothness: Vec<Term>,
     lines: Vec<Line>,
+    /// The values after the first pass for a stiffness, which most extrapolations have in common.
+    first: Option<(f64, Vec<f64>)>,
 }
 
 /// Values at the vertices of a regular mesh, bilinear between them.
@@ -184,7 +186,7 @@ impl Equations {
         reserve(&mut data, samples.len() + matches.len())?;
         mesh.data(samples, mesh.sample_weight(), plane, parallax, &mut data);
         mesh.data(matches, 1.0, plane, parallax, &mut data);
-        Ok(Some(Self { mesh, plane, parallax, data, smoothness: Vec::new(), lines: Vec::new() }))
+        Ok(Some(Self { mesh, plane, parallax, data, smoothness: Vec::new(), lines: Vec::new(), first: None }))
     }
 
     /// Slopes of inverse depth along x and y, as those of the values.
@@ -195,7 +197,7 @@ impl Equations {
     /// The surface, by reweighted least squares; `None` where they do not determine it.
     pub fn solve(&mut self, other: &OtherView<'_>, shape: SurfaceShape) -> Result<Option<Surface>> {
         let slopes = other.infinity.map(|slopes| self.deviations(slopes));
-        let Self { mesh, plane, parallax, data, smoothness, lines } = self;
+        let Self { mesh, plane, parallax, data, smoothness, lines, first } = self;
         let SurfaceShape { stiffness, extrapolation } = shape;
         // What the values become far outside, relative to the background's plane.
         let goal = match (extrapolation, slopes) {
@@ -206,13 +208,18 @@ impl Equations {
         let mut fixed = System::new(mesh)?;
         fixed.add(smoothness, stiffness);
         let mut pulls = Vec::new();
-        if let (Extrapolation::Outward, Some(slopes)) = (extrapolation, slopes) {
+        let outward = slopes.filter(|_| extrapolation == Extrapolation::Outward);
+        if let Some(slopes) = outward {
             reserve(&mut pulls, 2 * mesh.len())?;
             mesh.pull_slopes(&|point| plane_depth(*plane, point), other, slopes, &mut pulls);
             fixed.add(&pulls, stiffness);
         }
-        let mut values = vec![0.0; mesh.len()];
-        for pass in 0..PASSES {
+        let (mut from, mut values) = (0, vec![0.0; mesh.len()]);
+        if let Some((_, known)) = first.as_ref().filter(|(known, _)| *known == stiffness && outward.is_none()) {
+            lines.iter_mut().for_each(|line| line.reweight(&values, 0));
+            (from, values) = (1, known.clone());
+        }
+        for pass in from..PASSES {
             pulls.clear();
             // At first nothing is known of where the vertices land.
             let far = goal.filter(|_| pass > 0).map(|goal| (other, goal));
@@ -222,6 +229,9 @@ impl Equations {
             system.add(&pulls, stiffness);
             let Some(next) = solve::reweighted(system, data, lines, &values, pass)? else { return Ok(None) };
             values = next;
+            if pass == 0 && outward.is_none() {
+                *first = Some((stiffness, values.clone()));
+            }
         }
         for (node, point) in mesh.vertices() {
             values[node] = values[node] / *parallax + plane_depth(*plane, point);
