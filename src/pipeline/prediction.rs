@@ -33,11 +33,12 @@ pub(super) struct Prediction {
     reference: Squares,
     /// Straight lines of the target.
     lines: Vec<LineSegment>,
-    /// Of the target: cells a row, rows, pixels along a cell's side, and squares.
+    /// Of the target: cells a row, rows, and pixels along a cell's side.
     columns: usize,
     rows: usize,
     cell: usize,
-    squares: usize,
+    /// The squares of a cell: how many further they are than its first one, and where in it they are, x and y from 0 to 1.
+    squares: Vec<(usize, [f64; 2])>,
     /// Share of each cell's bending that is seen.
     texture: Vec<f64>,
 }
@@ -118,6 +119,9 @@ impl Prediction {
         let (target, reference) = (target?, reference?);
         let (columns, rows) = (target.columns / squares, target.rows() / squares);
         let cell = squares * side;
+        let within = |i: usize| (i as f64 + 0.5) / squares as f64;
+        let square = |i: usize| (i / squares * target.columns + i % squares, [i % squares, i / squares].map(within));
+        let squares = (0..squares * squares).map(square).collect();
         let mut found = Self { lines, cell, squares, target, reference, columns, rows, texture: Vec::new() };
         let cells = 0..columns * rows;
         found.texture = cells.map(|cell| (found.deviation(cell) / TEXTURE).min(1.0)).collect();
@@ -154,21 +158,18 @@ impl Prediction {
         Some(Footprint([corners[first]?, corners[first + 1]?, corners[below]?, corners[below + 1]?]))
     }
 
-    /// The squares of a cell: their colours, and where in it they are, x and y from 0 to 1.
+    /// The squares of a cell: their colours, and where in it they are.
     fn squares(&self, cell: usize) -> impl Iterator<Item = (f32x4, [f64; 2])> {
-        let (x, y) = (cell % self.columns * self.squares, cell / self.columns * self.squares);
-        (0..self.squares * self.squares).map(move |i| {
-            let (i, j) = (i % self.squares, i / self.squares);
-            let within = [i, j].map(|i| (i as f64 + 0.5) / self.squares as f64);
-            (self.target.colours[(y + j) * self.target.columns + x + i], within)
-        })
+        let side = self.cell / self.target.side;
+        let first = (cell / self.columns * self.target.columns + cell % self.columns) * side;
+        self.squares.iter().map(move |&(further, within)| (self.target.colours[first + further], within))
     }
 
     /// Standard deviation of a cell's green, in levels.
     fn deviation(&self, cell: usize) -> f64 {
         let values = self.squares(cell).map(|(colour, _)| f64::from(colour.as_array_ref()[1]));
         let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), v| (sum + v, squares + v * v));
-        let count = (self.squares * self.squares) as f64;
+        let count = self.squares.len() as f64;
         (squares / count - sum * sum / (count * count)).max(0.0).sqrt()
     }
 
@@ -176,7 +177,7 @@ impl Prediction {
     fn gains(&self, footprints: &[Option<Footprint>]) -> f32x4 {
         let mut sums = [[0.0f64; 3]; 2];
         for (cell, footprint) in footprints.iter().enumerate() {
-            if let Some((own, within)) = self.squares(cell).nth(self.squares * self.squares / 2)
+            if let Some((own, within)) = self.squares(cell).nth(self.squares.len() / 2)
                 && is_there(own)
                 && let Some(other) = footprint.as_ref().and_then(|print| self.reference.sample(print.at(within)))
             {
@@ -210,7 +211,7 @@ impl Prediction {
             return Choice::Reference;
         }
         let border = x == 0 || y == 0 || x + 1 == self.columns || y + 1 == self.rows;
-        match (2 * count > self.squares * self.squares, border) {
+        match (2 * count > self.squares.len(), border) {
             (false, _) => Choice::Target,
             (true, true) => Choice::Reference,
             (true, false) => Choice::Both(sum / count as f32),
