@@ -96,8 +96,8 @@ const BANDS: f64 = 32.0 / 3.0;
 /// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam, and how many there are on a photo.
 const ALIGNMENT: u64 = 20;
 const ALIGNMENT_NODES: u64 = 350 * 350 / 2;
-/// The same of the grid on which straight edges are looked for: half of those of a node, as about half of the canvas is near the seam.
-const EDGES: u64 = 15;
+/// The same of the grid on which straight edges are looked for: less than half of those of a node, as so much of the canvas is near the seam.
+const EDGES: u64 = 12;
 /// Smooth filling numbers the pixels of its window.
 const SMOOTH_FILL: u64 = 5;
 /// Exemplar filling holds 24 bytes per pixel of its windows, which take about a third of the canvas, and half of that where smooth
