@@ -10,9 +10,9 @@ use std::ops::Range;
 use wide::f32x4;
 
 use super::canvas::Placed;
+use super::seam;
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, Portion, report_row};
-use crate::rect::{bounding_box, extent};
 use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Image, Mask, Result, Stage};
 
@@ -43,9 +43,10 @@ pub(super) fn blend(
 ) -> Result<()> {
     let longer = reference.photo.width().max(reference.photo.height());
     let bands = if bands == 0 { (longer / 32).max(2).ilog2() } else { bands } as usize;
-    let Some((columns, rows)) = surroundings(seam, 3 << bands) else {
+    let Some(bounds) = seam::bounds(seam) else {
         return paste(image, reference, seam, observer);
     };
+    let (columns, rows) = bounds.grown(3 << bands, seam.size()).ranges();
     let mut levels: Vec<Level> = Vec::new();
     let source = Source { image, reference, seam, columns: columns.clone(), rows: rows.clone() };
     levels.push(reduce(
@@ -69,20 +70,6 @@ pub(super) fn blend(
     }
     let Some(correction) = coarser else { return Ok(()) };
     apply(image, reference, seam, &correction, (columns, rows), &mut Portion::new(observer, 0.6, 1.0))
-}
-
-/// The rectangle within `reach` of any place where the two photos meet.
-pub(super) fn surroundings(seam: &Mask, reach: usize) -> Option<(Range<usize>, Range<usize>)> {
-    let (width, height) = seam.size();
-    let meetings = |y: usize| {
-        let row = &seam.data()[y * width..(y + 1) * width];
-        let below = seam.data().get((y + 1) * width..(y + 2) * width).unwrap_or(row);
-        extent(row.iter().zip(below).enumerate().map(|(x, (here, below))| {
-            // 1 and 2 are the only labels that differ in both bits.
-            here ^ below == 3 || row.get(x + 1).is_some_and(|right| here ^ right == 3)
-        }))
-    };
-    bounding_box(height, &meetings).map(|meeting| meeting.grown(reach, (width, height)).ranges())
 }
 
 /// The photos in the rectangle that is blended.

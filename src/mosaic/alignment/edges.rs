@@ -5,7 +5,7 @@ use super::field::BAND;
 use super::level::Level;
 use crate::features::{LineSegment, LineSegmentOptions, line_segments};
 use crate::image::{reserve, zeroed};
-use crate::mosaic::seam::{REFERENCE, TARGET};
+use crate::mosaic::seam::{REFERENCE, TARGET, passes_between};
 use crate::{Image, Result};
 
 /// How far from the seam the photos are looked at, in diagonals.
@@ -71,6 +71,11 @@ pub(super) fn equations(crossings: &[Crossing], level: &Level, length: f64) -> R
     Ok(equations)
 }
 
+/// The point so far along a line from `start`, and so far to the right of it.
+fn beside_line([u, v]: [f64; 2], [x, y]: [f64; 2], along: f64, beside: f64) -> [f64; 2] {
+    [u + along * x - beside * y, v + along * y + beside * x]
+}
+
 /// A straight edge of one photo that crosses the seam, in nodes.
 struct Edge {
     start: [f64; 2],
@@ -100,14 +105,12 @@ impl Edge {
     fn of(segment: &LineSegment, level: &Level, luma: &[f32], own: u8, diagonal: f64) -> Option<Self> {
         let (start, length) = (segment.start, segment.length());
         let along = [0, 1].map(|k| (segment.end[k] - start[k]) / length);
-        let node = |t: f64, beside: f64| {
-            level.node([start[0] + t * along[0] - beside * along[1], start[1] + t * along[1] + beside * along[0]])
-        };
+        let node = |t: f64, beside: f64| level.node(beside_line(start, along, t, beside));
         let gap = GAP * diagonal;
         let (mut before, mut crossing, mut shown) = (0, None, 0);
         for t in (0..(length + 2.0 * gap) as usize).map(|k| k as f64 - gap) {
             let label = node(t, 0.0).map_or(0, |node| level.labels[node]);
-            if crossing.is_none() && [[TARGET, REFERENCE], [REFERENCE, TARGET]].contains(&[before, label]) {
+            if crossing.is_none() && passes_between(before, label) {
                 crossing = Some(t);
             }
             if label == own && t >= 0.0 && t <= length {
@@ -134,7 +137,7 @@ impl Edge {
         if !alike || cosine < PARALLEL {
             return None;
         }
-        let point = [0, 1].map(|k| reference.start[k] + reference.crossing * along[k]);
+        let point = beside_line(reference.start, along, reference.crossing, 0.0);
         let [x, y] = [0, 1].map(|k| self.start[k] - point[k]);
         let (ahead, beside) = (x * along[0] + y * along[1], y * along[0] - x * along[1]);
         let slope = (self.along[1] * along[0] - self.along[0] * along[1]) / cosine;
@@ -156,13 +159,12 @@ impl Crossing {
     /// Deviation of the difference of the photos in the window, with the target moved by a share of the offset; NaN where less than half of it
     /// can be compared.
     fn deviation(&self, level: &Level, share: f64) -> f64 {
-        let [x, y] = self.along;
         let (mut sum, mut squares, mut count) = (0.0, 0.0, 0);
         for (t, beside) in
             (-WINDOW[0]..=WINDOW[0]).flat_map(|t| (-WINDOW[1]..=WINDOW[1]).map(move |beside| (t, beside)))
         {
             let (t, beside) = (f64::from(t), f64::from(beside));
-            let place = |beside: f64| [self.point[0] + t * x - beside * y, self.point[1] + t * y + beside * x];
+            let place = |beside: f64| beside_line(self.point, self.along, t, beside);
             let Some(node) = level.node(place(beside)) else { continue };
             let [u, v] = place(beside + share * (self.offset + t * self.slope)).map(|p| p as f32);
             let apart = f64::from(level.luma(u, v) - level.reference[node]);
@@ -189,7 +191,7 @@ impl Crossing {
         let steps = (f64::from(REACH) * length / side) as i32;
         let [x, y] = [-self.along[1], self.along[0]];
         for t in (-steps..=steps).map(|k| f64::from(k) * side) {
-            let place = level.in_nodes([0, 1].map(|k| self.point[k] + t * self.along[k]));
+            let place = level.in_nodes(beside_line(self.point, self.along, t, 0.0));
             let Some(node) = level.node(place) else { continue };
             let near = f64::from(level.distance[node] / BAND);
             let weight = WEIGHT * libm::exp(-near * near);

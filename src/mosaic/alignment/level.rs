@@ -7,6 +7,7 @@ use crate::each_row::for_each_row;
 use crate::image::reserve;
 use crate::luma::rec601;
 use crate::mosaic::canvas::Placed;
+use crate::mosaic::seam::passes_between;
 use crate::{Image, Mask, Result};
 
 /// Nodes of one resolution, each a square of pixels.
@@ -45,7 +46,7 @@ impl Level {
             labels.extend((0..width).map(|i| row[middle(i, columns)]));
         }
         let meets = |at: usize| {
-            let next = |beyond: usize| labels.get(at + beyond).is_some_and(|label| labels[at] ^ label == 3);
+            let next = |beyond: usize| labels.get(at + beyond).is_some_and(|&label| passes_between(labels[at], label));
             (!(at + 1).is_multiple_of(width) && next(1)) || next(width)
         };
         let scale = (side as f64 / (f64::from(STRAIGHT) * length)) as f32;

@@ -12,7 +12,7 @@ mod level;
 mod resample;
 
 use super::canvas::Placed;
-use super::multiband::surroundings;
+use super::seam::bounds;
 use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
 use crate::{Image, Mask, Result};
@@ -29,8 +29,9 @@ const LEVELS: usize = 3;
 /// Moves the target in `image` so that it meets the reference along the `seam`.
 pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, observer: &mut dyn Observer) -> Result<()> {
     let length = diagonal(reference.photo.size());
-    let around = |reach: f32| surroundings(seam, (f64::from(reach) * length) as usize);
-    let Some((near, region)) = around(edges::REACH).zip(around(FARTHEST)) else { return Ok(()) };
+    let Some(bounds) = bounds(seam) else { return Ok(()) };
+    let around = |reach: f32| bounds.grown((f64::from(reach) * length) as usize, seam.size()).ranges();
+    let (near, region) = (around(edges::REACH), around(FARTHEST));
     let finest =
         |region, reach, side: f64| Level::finest(image, reference, seam, region, reach, (side as usize).max(1), length);
     let squared = (near.0.len() * near.1.len()) as f64 / EDGE_NODES as f64;
