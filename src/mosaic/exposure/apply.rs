@@ -2,6 +2,7 @@
 
 use wide::{CmpGt, f32x4, i32x4};
 
+use super::clipped::whiteness;
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
 use crate::observer::{Observer, report_row};
@@ -9,11 +10,10 @@ use crate::{Image, Result, Stage};
 
 /// Where highlights are kept, what they are compressed from.
 const KNEE: f32 = 0.7;
-/// Levels from which all three channels may be clipped, and surely are: what is white then stays without colour.
-const CLIPPED: [u8; 2] = [232, 250];
 
 /// Multiplies the linear light of every pixel by the gain at its place. To keep highlights, what is brightened beyond the knee is
-/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4).
+/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4). What
+/// is clipped, and almost what is next to it, is not darkened.
 pub(super) fn apply(
     image: &mut Image,
     response: &Response,
@@ -32,6 +32,7 @@ pub(super) fn apply(
         }
     }
     let white = f32x4::new([scaled[255][0], scaled[255][1], scaled[255][2], 0.0]);
+    let most = f32x4::splat((STEPS - 1) as f32);
     let (width, height) = image.size();
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
@@ -50,9 +51,16 @@ pub(super) fn apply(
             for (x, pixel) in pixels.iter_mut().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
                 let gain = gain + slope * f32x4::splat(x as f32);
                 let light = |c: usize| scaled[usize::from(pixel[c])][c];
-                let mut light = unless_clipped(f32x4::new([light(0), light(1), light(2), 0.0]) * gain, *pixel);
+                let mut light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain;
                 if keep_highlights {
                     light = compressed(light, white * gain);
+                }
+                let [.., clipped] = gain.to_array();
+                if clipped > 0.0 {
+                    let light_of = |c: usize| linear[usize::from(pixel[c])];
+                    let before = f32x4::new([light_of(0), light_of(1), light_of(2), 0.0]);
+                    let share = f32x4::splat(clipped * whiteness(before));
+                    light += ((before * most).max(light) - light) * share;
                 }
                 let light = light + f32x4::splat(0.5);
                 let steps = light.fast_trunc_int().min(i32x4::splat(STEPS as i32 - 1)).to_array();
@@ -61,19 +69,6 @@ pub(super) fn apply(
         }
     }
     Ok(())
-}
-
-/// Light that a pixel was given: the more it was clipped in all channels before, the more of it is gray.
-#[inline]
-fn unless_clipped(light: f32x4, [red, green, blue, _]: [u8; 4]) -> f32x4 {
-    let [from, to] = CLIPPED;
-    let least = red.min(green).min(blue);
-    if least <= from {
-        return light;
-    }
-    let [r, g, b, _] = light.to_array();
-    let share = f32::from(least.min(to) - from) / f32::from(to - from);
-    light + (f32x4::splat(0.25 * (r + 2.0 * g + b)) - light) * f32x4::splat(share)
 }
 
 /// Light that is multiplied, in table steps, given what white becomes.

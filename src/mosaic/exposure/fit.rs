@@ -62,12 +62,12 @@ pub(super) struct Field {
 /// A place of a [`Field`].
 #[derive(Clone, Copy, Default)]
 pub(super) struct Node {
-    /// Red, green, blue, 0.
+    /// Red, green, blue; and how much of the target around is clipped, 0 to 1, once [`super::clipped::mark`] has looked.
     pub gain: [f32; 4],
     /// Of the channel that is fitted: logarithm of the gain here over the common one.
     local: f64,
     /// Weight of the samples around, and the weighted sum of what they say about it.
-    weight: f64,
+    pub weight: f64,
     sum: f64,
 }
 

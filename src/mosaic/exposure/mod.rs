@@ -1,6 +1,7 @@
 //! Matching the target's exposure to the reference's, in linear light.
 
 mod apply;
+mod clipped;
 mod fit;
 mod samples;
 mod tone;
@@ -40,9 +41,10 @@ pub(super) fn adjust(
     }
     let linear = linear_light();
     let samples = samples::collect(image, reference, &linear, &mut Portion::new(observer, 0.0, 0.5))?;
-    let Some(response) = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)? else {
+    let Some(mut response) = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)? else {
         return Ok([1.0; 3]);
     };
+    clipped::mark(&mut response.field, image);
     apply::apply(image, &response, joint.is_some(), &linear, &mut Portion::new(observer, 0.5, 1.0))?;
     Ok(response.gains)
 }

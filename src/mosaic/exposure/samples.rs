@@ -12,7 +12,7 @@ const CELLS: usize = 128;
 /// Pixels looked at, about, per side of a cell. Flat between 4 and 16 on the evaluation cases.
 const TAPS: usize = 8;
 /// Levels outside of which a pixel may be clipped, or too dark to tell.
-const USABLE: [u8; 2] = [6, 249];
+pub(super) const USABLE: [u8; 2] = [6, 249];
 /// A level that is.
 const MIDDLE: u8 = 128;
 

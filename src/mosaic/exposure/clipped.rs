@@ -1,0 +1,41 @@
+//! What is clipped in the target: nobody knows how bright it was, or what colour. A gain below 1 would make white gray.
+
+use wide::f32x4;
+
+use super::fit::{Field, Node};
+use super::samples::USABLE;
+use crate::Image;
+
+/// Pixels looked at, about, from node to node; and the share of those around a node that is much. Less is glints.
+const TAPS: usize = 16;
+const MUCH: f32 = 0.125;
+/// Light from which what is near clipped pixels goes over into white, and where it is white. Wide, as otherwise gravel and clouds show
+/// the contrast between their gain and that of white.
+const FROM: f32 = 0.45;
+const TO: f32 = 0.95;
+
+/// Notes in the field how much of the target is clipped around each node.
+pub(super) fn mark(field: &mut Field, target: &Image) {
+    let Field { nodes, columns, step, .. } = field;
+    let stride = (*step / TAPS).max(1);
+    nodes.iter_mut().for_each(|node| node.weight = 0.0);
+    for (y, row) in target.pixels().chunks_exact(target.width()).enumerate().step_by(stride) {
+        for (x, pixel) in row.iter().enumerate().step_by(stride).filter(|(_, pixel)| pixel[3] != 0) {
+            let node = &mut nodes[(y + *step / 2) / *step * *columns + (x + *step / 2) / *step];
+            node.weight += 1.0;
+            node.gain[3] += f32::from(pixel[..3].iter().all(|level| *level > USABLE[1]));
+        }
+    }
+    for Node { gain, weight, .. } in nodes {
+        gain[3] = (gain[3] / (MUCH * *weight as f32).max(1.0)).min(1.0);
+    }
+}
+
+/// How far light has gone over into white, 0 to 1.
+#[inline]
+pub(super) fn whiteness(light: f32x4) -> f32 {
+    let [red, green, blue, _] = light.to_array();
+    let luma = 0.25 * (red + 2.0 * green + blue);
+    let above = ((luma - FROM) / (TO - FROM)).clamp(0.0, 1.0);
+    above * above
+}
