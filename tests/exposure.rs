@@ -4,10 +4,10 @@
 mod pictures;
 mod scene;
 
-use depthstitch::Image;
-use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, blend};
+use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, Seam, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
-use pictures::pixels;
+use depthstitch::{Image, Mask};
+use pictures::{picture, pixels};
 use scene::{Camera, MatchOptions, Pair, Photos, Scene, level, linear};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -168,4 +168,33 @@ fn what_is_clipped_stays_white() {
     let (count, darkest) = (darkest.len(), scene::median(darkest));
     println!("gains {:.2?}, {count} white pixels, darkest channel {darkest}", mosaic.gains);
     assert!(count > 200 && darkest > 251.0, "{count} pixels, {darkest}");
+}
+
+/// Where photos are misaligned, what is bright in one mostly is less so in the other, and the other way round. That is no difference in
+/// exposure: what only the target shows stays as it is.
+#[test]
+fn misalignment_changes_neither_brightness_nor_contrast() {
+    let (width, height, left, misaligned) = (600, 300, 200, 24);
+    // Squares of 8 pixels, from dark to bright.
+    let squares = |x: usize, y: usize| {
+        let mixed = ((x / 8 * 7919 + y / 8 * 104_729) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let grey = 30 + (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) % 200;
+        [grey as u8, grey as u8, grey as u8, 255]
+    };
+    let image = picture(width, height, |x, y| if x < 500 { squares(x, y) } else { [0; 4] });
+    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
+    let warped =
+        Warped { image: image.clone(), footprint, confidence: None, depth: None, offset: (left, 0), clipped: false };
+    let reference = picture(width - left, height, |x, y| squares(x + left + misaligned, y + misaligned));
+    let options = BlendOptions { seam: Seam::Cut, ..BlendOptions::default() };
+    let mosaic = blend(&warped, reference.view(), None, &options, &mut ()).unwrap();
+    let mut changes = Vec::new();
+    for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
+        if i % width < left / 2 {
+            changes.push((f64::from(before[1]) - f64::from(after[1])).abs());
+        }
+    }
+    let change = scene::median(changes);
+    println!("gains {:.3?}, {change} levels", mosaic.gains);
+    assert!(change <= 3.0, "{change} levels");
 }

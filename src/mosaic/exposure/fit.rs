@@ -157,10 +157,11 @@ fn fit_channel(
         let reach = 3.0 * (1.4826 * median_of(observations, &|o| o.residual.abs())?).max(LEAST_DEVIATION);
         let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
         for (o, sample) in observations.iter_mut().zip(samples) {
-            // Times the light of the sample: a level is a smaller step where there is more.
-            let [r, g, b, _] = sample.target;
+            // Times the light of the sample: a level is a smaller step where there is more. That of both photos: by the light of one,
+            // misaligned samples would say that the other is darker.
+            let [own, other] = [sample.target, sample.reference].map(|[r, g, b, _]| r + 2.0 * g + b);
             let bell = (1.0 - (o.residual / reach) * (o.residual / reach)).max(0.0);
-            o.weight = bell * bell * (r + 2.0 * g + b);
+            o.weight = bell * bell * (own * other).sqrt();
             (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
         }
         common = known.unwrap_or(ratios / total);
@@ -168,13 +169,16 @@ fn fit_channel(
             continue;
         }
         curve.pivot = lights / total;
-        let (mut product, mut square) = (0.0, LEAST_CONTRAST * total);
+        // How much farther the reference's light spreads than the target's, not how it follows from that: what is misaligned spreads as
+        // far, but follows less.
+        let (mut own, mut other) = (LEAST_CONTRAST * total, LEAST_CONTRAST * total);
         for o in &*observations {
             let contrast = o.light - curve.pivot;
-            product += o.weight * contrast * (o.residual + curve.slope * contrast);
-            square += o.weight * contrast * contrast;
+            let across = contrast + o.residual + curve.slope * contrast;
+            own += o.weight * contrast * contrast;
+            other += o.weight * across * across;
         }
-        curve.slope = (product / square).clamp(-STEEPEST, STEEPEST);
+        curve.slope = ((other / own).sqrt() - 1.0).clamp(-STEEPEST, STEEPEST);
         nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
         for o in &*observations {
             let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
