@@ -219,6 +219,22 @@ fn the_seam_rather_goes_a_long_way_round_an_object_than_a_short_one_through_it()
     assert!(!passes(&found.unwrap().seam, |x, y| bar(x, y) && inner(x)));
 }
 
+/// The reference is not distorted: what looks different in the target is shown by the reference, although the target would agree a little
+/// better with it on the other side.
+#[test]
+fn the_reference_shows_what_looks_different() {
+    let object = |x: usize, _: usize| (84..108).contains(&x);
+    let target = |x: usize, y: usize| match () {
+        () if object(x, y) => [200; 3],
+        () if x < 84 => [134; 3],
+        () => [132; 3],
+    };
+    let warped = stage(|x, _| x < 120, target);
+    let options = BlendOptions { exposure: Exposure::Off, ..Default::default() };
+    let mosaic = compose(&warped, &reference(|_, _| [132; 3]), &options).unwrap();
+    assert!(!passes(&mosaic.seam, |x, _| x > 84), "the seam is behind what looks different");
+}
+
 /// A confidence of 0 where `unreliable`.
 fn unreliable_where(warped: Warped, unreliable: impl Fn(usize, usize) -> bool) -> Warped {
     let data = (0..CANVAS.0 * CANVAS.1).map(|i| if unreliable(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
