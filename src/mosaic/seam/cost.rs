@@ -88,7 +88,7 @@ pub(super) fn finest(
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let inside = to_outside(place, reference.photo.size()).saturating_sub(border).min(border) as i32;
-            let distorted = if detail.is_none() {
+            let distorted = if preference.labels.is_none() {
                 DISTORTED * unlike * unlike / UNLIKE * inside / (border.max(1) as i32 * UNLIKE)
             } else {
                 0
