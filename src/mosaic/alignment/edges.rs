@@ -19,11 +19,12 @@ const MOST_APART: f64 = 0.007;
 const LEAST_APART: f64 = 1.0;
 /// Least cosine of the angle between both photos' edges.
 const PARALLEL: f64 = 0.996;
-/// How far beside an edge the luma of its sides is, in nodes, along how much of it, and by how many levels the contrast between them may
-/// differ in both photos, and twice their mean.
+/// How far beside an edge the luma of its sides is, in nodes, and along how much of it.
 const BESIDE: f64 = 2.5;
 const ALONG: i32 = 8;
-const ALIKE: [f64; 2] = [30.0, 120.0];
+/// By how many levels the contrast between the sides may differ in both photos, and their mean.
+const CONTRAST: f64 = 30.0;
+const BRIGHTNESS: f64 = 60.0;
 /// Another edge that it could be is this many times as far away, and so many nodes.
 const UNIQUE: [f64; 2] = [2.0, 2.0];
 /// Half the sides of the window, along the edge and across it, in which moving the target is to lower the deviation of the difference to this
@@ -133,7 +134,7 @@ impl Edge {
     /// Where this edge of the target is next to that of the `reference`, if they could be the same.
     fn beside(&self, reference: &Self, diagonal: f64) -> Option<Crossing> {
         let [left, right] = [0, 1].map(|side| self.sides[side] - reference.sides[side]);
-        let alike = (left - right).abs() < ALIKE[0] && (left + right).abs() < ALIKE[1];
+        let alike = (left - right).abs() < CONTRAST && (left + right).abs() < 2.0 * BRIGHTNESS;
         let along = reference.along;
         let cosine = self.along[0] * along[0] + self.along[1] * along[1];
         if !alike || cosine < PARALLEL {

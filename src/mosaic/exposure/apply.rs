@@ -12,8 +12,8 @@ use crate::{Image, Result, Stage};
 const KNEE: f32 = 0.7;
 
 /// Multiplies the linear light of every pixel by the gain at its place. To keep highlights, what is brightened beyond the knee is
-/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4). What
-/// is clipped, and almost what is next to it, is not darkened.
+/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4).
+/// Clipped pixels are not darkened, and bright ones near them less.
 pub(super) fn apply(
     image: &mut Image,
     response: &Response,

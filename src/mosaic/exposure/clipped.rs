@@ -4,7 +4,8 @@ use wide::f32x4;
 
 use super::fit::{Field, Node};
 use super::samples::USABLE;
-use crate::Image;
+use crate::image::zeroed;
+use crate::{Image, Result};
 
 /// Pixels looked at, about, from node to node; and the share of those around a node that is much. Less is glints.
 const TAPS: usize = 16;
@@ -15,20 +16,21 @@ const FROM: f32 = 0.45;
 const TO: f32 = 0.95;
 
 /// Notes in the field how much of the target is clipped around each node.
-pub(super) fn mark(field: &mut Field, target: &Image) {
+pub(super) fn mark(field: &mut Field, target: &Image) -> Result<()> {
     let Field { nodes, columns, step, .. } = field;
     let stride = (*step / TAPS).max(1);
-    nodes.iter_mut().for_each(|node| node.weight = 0.0);
+    let mut counts: Vec<f32> = zeroed(nodes.len())?;
     for (y, row) in target.pixels().chunks_exact(target.width()).enumerate().step_by(stride) {
         for (x, pixel) in row.iter().enumerate().step_by(stride).filter(|(_, pixel)| pixel[3] != 0) {
-            let node = &mut nodes[(y + *step / 2) / *step * *columns + (x + *step / 2) / *step];
-            node.weight += 1.0;
-            node.gain[3] += f32::from(pixel[..3].iter().all(|level| *level > USABLE[1]));
+            let node = (y + *step / 2) / *step * *columns + (x + *step / 2) / *step;
+            counts[node] += 1.0;
+            nodes[node].gain[3] += f32::from(pixel[..3].iter().all(|level| *level > USABLE[1]));
         }
     }
-    for Node { gain, weight, .. } in nodes {
-        gain[3] = (gain[3] / (MUCH * *weight as f32).max(1.0)).min(1.0);
+    for (Node { gain, .. }, count) in nodes.iter_mut().zip(counts) {
+        gain[3] = (gain[3] / (MUCH * count).max(1.0)).min(1.0);
     }
+    Ok(())
 }
 
 /// How far light has gone over into white, 0 to 1.

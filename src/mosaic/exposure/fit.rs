@@ -67,7 +67,7 @@ pub(super) struct Node {
     /// Of the channel that is fitted: logarithm of the gain here over the common one.
     local: f64,
     /// Weight of the samples around, and the weighted sum of what they say about it.
-    pub weight: f64,
+    weight: f64,
     sum: f64,
 }
 

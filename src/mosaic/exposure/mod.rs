@@ -44,7 +44,7 @@ pub(super) fn adjust(
     let Some(mut response) = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)? else {
         return Ok([1.0; 3]);
     };
-    clipped::mark(&mut response.field, image);
+    clipped::mark(&mut response.field, image)?;
     apply::apply(image, &response, joint.is_some(), &linear, &mut Portion::new(observer, 0.5, 1.0))?;
     Ok(response.gains)
 }

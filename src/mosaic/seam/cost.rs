@@ -60,7 +60,9 @@ pub(super) fn finest(
         Some(labels) => Some((Detail::of(image, reference, seam, labels)?, labels)),
         None => None,
     };
-    let border = (BORDER * diagonal(reference.photo.size()) * f64::from(STRAIGHT)) as u32;
+    let photo = reference.photo.size();
+    // A mosaic may be distorted itself.
+    let border = preference.labels.is_none().then(|| (BORDER * diagonal(photo) * f64::from(STRAIGHT)) as u32);
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
         let y = rows.start + j;
@@ -82,17 +84,14 @@ pub(super) fn finest(
             let apart = (around.abs() & COLOURS).reduce_add() / count.abs().max(1);
             let change = differences.change(y, i);
             let confidence = preference.confidence.map_or(255, |mask| mask.data()[at + i]);
-            let place = (x - reference.left, y - reference.top);
-            let reliable =
-                preference.reliable.is_none_or(|mask| mask.data()[place.1 * reference.photo.width() + place.0] != 0);
+            let (u, v) = (x - reference.left, y - reference.top);
+            let reliable = preference.reliable.is_none_or(|mask| mask.data()[v * photo.0 + u] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
-            let inside = to_outside(place, reference.photo.size()).saturating_sub(border).min(border) as i32;
-            let distorted = if preference.labels.is_none() {
+            let distorted = border.map_or(0, |border| {
+                let inside = to_outside((u, v), photo).saturating_sub(border).min(border) as i32;
                 DISTORTED * unlike * unlike / UNLIKE * inside / (border.max(1) as i32 * UNLIKE)
-            } else {
-                0
-            };
+            });
             let extra = if reliable { 0 } else { UNRELIABLE };
             cell.cost = seam_cost(apart, change + extra);
             let blurred = detail.as_ref().map_or(0, |(detail, labels)| detail.cost(labels.data()[at + i]));
