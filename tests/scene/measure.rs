@@ -9,9 +9,14 @@ pub fn distance([a, b]: [f64; 2], [u, v]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-pub fn median(mut values: Vec<f64>) -> f64 {
+pub fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value that this share of the others is below, 0 to 1.
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    values[(share * (values.len() - 1) as f64) as usize]
 }
 
 /// Median distance between a model's map and the true one over the target: within the reference's frame, and outside.

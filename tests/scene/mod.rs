@@ -21,7 +21,7 @@ mod views;
 pub use camera::{Camera, Pose};
 pub use gallery::gallery;
 pub use light::{level, linear, take};
-pub use measure::{distance, map_error, median};
+pub use measure::{distance, map_error, median, quantile};
 pub use noise::Random;
 pub use pair::{MatchOptions, Pair, SampledMatches};
 pub use photos::Photos;
