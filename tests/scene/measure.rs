@@ -13,10 +13,10 @@ pub fn median(values: Vec<f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value that this share of the others is below, 0 to 1.
+/// The value that this share of the others is below, 0 to 1; of two in the middle the greater one.
 pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    values[(share * (values.len() - 1) as f64) as usize]
+    values[((share * values.len() as f64) as usize).min(values.len() - 1)]
 }
 
 /// Median distance between a model's map and the true one over the target: within the reference's frame, and outside.
