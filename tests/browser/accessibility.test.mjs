@@ -15,6 +15,7 @@ import {
   smallFile,
   smallPhotos,
   startSite,
+  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -212,8 +213,9 @@ test("what a finger is to hit is 44 px high at least", async () => {
 test("the page works by keyboard alone", async () => {
   const { page, close } = await site.open();
   await page.locator("#start-sample").focus();
+  const running = statusSays(page, /^Fitting/);
   await page.keyboard.press("Enter");
-  await page.locator("#status", { hasText: /^Refining/ }).waitFor();
+  await running;
   await page.keyboard.press("Escape");
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   await page.locator("#run").focus();
@@ -228,8 +230,9 @@ test("works in a worker without other hosts, policy violations or layout shifts"
   const atStart = (await seen(page)).shift;
   assert.ok(atStart < 0.02, `cumulative layout shift ${atStart} at the start`);
   // Two photos turn the page into a workbench; from then on everything stays in its place.
+  const running = statusSays(page, /…/);
   await page.setInputFiles("#many-files", smallPhotos);
-  await page.locator("#status", { hasText: "…" }).waitFor();
+  await running;
   await page.evaluate(() => new Promise(requestAnimationFrame));
   const before = (await seen(page)).shift;
   await finished(page);

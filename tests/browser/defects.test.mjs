@@ -16,6 +16,7 @@ import {
   smallFile,
   smallPhotos,
   startSite,
+  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -91,11 +92,9 @@ test("what was ignored among dropped files is still said when the photos are sti
 
 test("so is what was ignored while photos are stitched, which goes on", async () => {
   const { page, close } = await site.open();
+  const matching = statusSays(page, /^Matching/);
   await page.setInputFiles("#many-files", [...smallPhotos, exampleFile("target.jpg")]);
-  // Any stage after the first: each may be over before it is seen.
-  await page
-    .locator("#status", { hasText: /Matching|Fitting|Computing|Warping|Blending/ })
-    .waitFor();
+  await matching;
   await page.setInputFiles("#add-files", written("song.mp3", "la"));
   await page.locator("#message", { hasText: "Ignored: song.mp3" }).waitFor();
   assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /Reading|Detecting/);

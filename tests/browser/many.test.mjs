@@ -22,6 +22,7 @@ import {
   smallFile,
   smallPhotos,
   startSite,
+  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -358,8 +359,9 @@ test("progress names the photo; cancelling keeps the result", async () => {
     assert.ok(heard.includes(words), words);
   }
   const first = await savedPicture(page);
+  const detecting = statusSays(page, /^Detecting/);
   await page.selectOption("#set-reference", { index: 1 });
-  await page.locator("#status", { hasText: /^Detecting/ }).waitFor();
+  await detecting;
   await page.keyboard.press("Escape");
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   assertSame(await savedPicture(page), first);

@@ -117,6 +117,33 @@ export async function finished(page) {
   await page.locator("#status", { hasText: /^Done/ }).waitFor();
 }
 
+/**
+ * Resolves as soon as the status matches. For what soon passes, and so watched in the page: a locator may look only
+ * every half second. To be called before what makes the status say so.
+ *
+ * @param {Page} page
+ * @param {RegExp} words
+ */
+export function statusSays(page, words) {
+  return page.evaluate(
+    (source) =>
+      new Promise((/** @type {(value: void) => void} */ resolve, reject) => {
+        const status = document.querySelector("#status");
+        const look = () => {
+          if (!new RegExp(source).test(status?.textContent ?? "")) return;
+          observer.disconnect();
+          resolve();
+        };
+        const observer = new MutationObserver(look);
+        if (status)
+          observer.observe(status, { childList: true, characterData: true, subtree: true });
+        look();
+        setTimeout(() => reject(new Error(`the status never said ${source}`)), 30_000);
+      }),
+    words.source,
+  );
+}
+
 /** Starts a run and waits until it has succeeded. @param {Page} page */
 export async function stitchAgain(page) {
   await page.locator("#run").click();

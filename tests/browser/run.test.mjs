@@ -12,6 +12,7 @@ import {
   smallFile,
   smallPhotos,
   startSite,
+  statusSays,
   stitchAgain,
 } from "./page.mjs";
 
@@ -141,8 +142,9 @@ test("reports every stage in order", async () => {
 
 test("photos that change during a run are stitched instead", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
+  const running = statusSays(page, /…$/);
   await page.locator("#swap").click();
-  await page.locator("#status", { hasText: /…$/ }).waitFor();
+  await running;
   await page.locator("#swap").click();
   await idle(page);
   await finished(page);
@@ -188,7 +190,6 @@ test("the page is never blocked for longer than 50 ms during a stitch", async ()
   });
   const tasks = await mainThreadTasks(page, async () => {
     await page.locator("#start-sample").click();
-    await page.locator("#status", { hasText: "…" }).waitFor();
     await finished(page);
     await page.locator("#view-caption", { hasText: "pixels" }).waitFor();
   });
