@@ -170,31 +170,69 @@ fn what_is_clipped_stays_white() {
     assert!(count > 200 && darkest > 251.0, "{count} pixels, {darkest}");
 }
 
+/// Squares of 8 pixels, from dark to bright.
+fn squares(x: usize, y: usize) -> [u8; 4] {
+    let mixed = ((x / 8 * 7919 + y / 8 * 104_729) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let gray = 30 + (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) % 200;
+    [gray as u8, gray as u8, gray as u8, 255]
+}
+
+/// Two photos of 500 × 300 pixels, the reference 100 pixels farther to the right. With what the target has become.
+fn side_by_side(
+    target: impl Fn(usize, usize) -> [u8; 4],
+    reference: impl Fn(usize, usize) -> [u8; 4],
+) -> (Image, Mosaic) {
+    let (width, height, left) = (600, 300, 100);
+    let image = picture(width, height, |x, y| if x < 500 { target(x, y) } else { [0; 4] });
+    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
+    let warped =
+        Warped { image: image.clone(), footprint, confidence: None, depth: None, offset: (left, 0), clipped: false };
+    let reference = picture(width - left, height, |x, y| reference(x + left, y));
+    let options = BlendOptions { seam: Seam::Cut, ..BlendOptions::default() };
+    let mosaic = blend(&warped, reference.view(), None, &options, &mut ()).unwrap();
+    (image, mosaic)
+}
+
 /// Where photos are misaligned, what is bright in one mostly is less so in the other, and the other way round. That is no difference in
 /// exposure: what only the target shows stays as it is.
 #[test]
 fn misalignment_changes_neither_brightness_nor_contrast() {
-    let (width, height, left, misaligned) = (600, 300, 200, 24);
-    // Squares of 8 pixels, from dark to bright.
-    let squares = |x: usize, y: usize| {
-        let mixed = ((x / 8 * 7919 + y / 8 * 104_729) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let grey = 30 + (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) % 200;
-        [grey as u8, grey as u8, grey as u8, 255]
-    };
-    let image = picture(width, height, |x, y| if x < 500 { squares(x, y) } else { [0; 4] });
-    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
-    let warped =
-        Warped { image: image.clone(), footprint, confidence: None, depth: None, offset: (left, 0), clipped: false };
-    let reference = picture(width - left, height, |x, y| squares(x + left + misaligned, y + misaligned));
-    let options = BlendOptions { seam: Seam::Cut, ..BlendOptions::default() };
-    let mosaic = blend(&warped, reference.view(), None, &options, &mut ()).unwrap();
+    let misaligned = 24;
+    let (image, mosaic) = side_by_side(squares, |x, y| squares(x + misaligned, y + misaligned));
     let mut changes = Vec::new();
     for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
-        if i % width < left / 2 {
+        if i % image.width() < 50 {
             changes.push((f64::from(before[1]) - f64::from(after[1])).abs());
         }
     }
     let change = scene::median(changes);
     println!("gains {:.3?}, {change} levels", mosaic.gains);
     assert!(change <= 3.0, "{change} levels");
+}
+
+/// Something in front of the scene that the reference's camera sees in another place, or not at all, is no difference in exposure either:
+/// it gives little colour to what is gray around it, and makes it neither much darker nor much brighter.
+#[test]
+fn what_one_photo_shows_alone_hardly_colours_its_surroundings() {
+    for (name, [r, g, b]) in [("blue", [40, 60, 200]), ("red", [200, 30, 30]), ("dark", [12, 12, 12])] {
+        let [red, green, blue] = [r, g, b].map(|full| move |gray: u8| (u32::from(gray) * full / 230) as u8);
+        let in_front = |x: usize, y: usize| {
+            let [gray, ..] = squares(x, y);
+            if (100..200).contains(&x) { [red(gray), green(gray), blue(gray), 255] } else { [gray, gray, gray, 255] }
+        };
+        // Misaligned, so that no sample agrees with another.
+        let (image, mosaic) = side_by_side(in_front, |x, y| squares(x + 24, y + 24));
+        let (mut tints, mut ratios) = (Vec::new(), Vec::new());
+        for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
+            if i % image.width() < 100 {
+                let [r, g, b, _] = after.map(f64::from);
+                tints.push(r.max(g).max(b) - r.min(g).min(b));
+                ratios.push(linear(after[1]) / linear(before[1]));
+            }
+        }
+        let (tint, ratio) = (scene::median(tints), scene::median(ratios));
+        println!("{name}: {tint} levels apart, green {ratio:.2} times as bright, gains {:.2?}", mosaic.gains);
+        assert!(tint <= 35.0, "{name}: {tint} levels");
+        assert!(ratio > 0.4 && ratio < 2.4, "{name}: {ratio}");
+    }
 }

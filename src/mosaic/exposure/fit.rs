@@ -22,6 +22,8 @@ const LEAST_DEVIATION: f64 = 0.02;
 const LEAST_CONTRAST: f64 = 0.02;
 /// Slopes beyond this are no difference between cameras.
 const STEEPEST: f64 = 0.4;
+/// How far the slopes of red and blue may be from that of green.
+const SLOPE_TINT: f64 = 0.05;
 
 /// Nodes of the gain field along the canvas' longer side: with 8 there are 8 % more visible steps, with 32 7 % fewer.
 const NODES: usize = 16;
@@ -31,6 +33,11 @@ const SWEEPS: usize = 60;
 const STIFFNESS: f64 = 4.0;
 /// Pull of the common gain on a node, in samples. Flat between 0.3 and 0.6; at 0.15 there are 7 % fewer visible steps.
 const DAMPING: f64 = 0.3;
+/// Where the logarithm of green's gain would have to differ by more from the common one, the photos show different things: among good
+/// pairs it does by .27 at most.
+const FARTHEST: f64 = 0.4;
+/// How much farther than green's those of red and blue may be.
+const TINT: f64 = 0.08;
 
 /// What the target's light is multiplied by.
 pub(super) struct Response {
@@ -66,9 +73,19 @@ pub(super) struct Node {
     pub gain: [f32; 4],
     /// Of the channel that is fitted: logarithm of the gain here over the common one.
     local: f64,
+    /// What that may differ from by [`Limits::local`] at most.
+    centre: f64,
     /// Weight of the samples around, and the weighted sum of what they say about it.
     weight: f64,
     sum: f64,
+}
+
+/// How far a channel's gains may depend on light and place.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Least and greatest slope of the curve.
+    slope: [f64; 2],
+    local: f64,
 }
 
 /// A sample as one channel sees it.
@@ -104,7 +121,9 @@ pub(super) fn fit(
     let mut nodes: Vec<Node> = defaults(columns * rows)?;
     let mut observations: Vec<Observation> = defaults(samples.len())?;
     let (mut gains, mut curves) = ([1.0; 3], [Curve::default(); 3]);
-    for c in 0..3 {
+    let mut limits = Limits { slope: [-STEEPEST, STEEPEST], local: FARTHEST };
+    // Green first: the others may not differ much from it.
+    for c in [1, 0, 2] {
         for (o, sample) in observations.iter_mut().zip(samples) {
             o.nodes = corners(sample.place, step, columns, rows);
             o.light = libm::log(sample.target[c]);
@@ -116,7 +135,7 @@ pub(super) fn fit(
             samples,
             &mut observations,
             (&mut nodes, columns),
-            vary,
+            vary.then_some(limits),
             joint.map(|gains| libm::log(gains[c])),
         )?;
         // What the fit makes of the light of all samples: those that do not fit are light, too.
@@ -128,6 +147,13 @@ pub(super) fn fit(
         gains[c] = after / before;
         for node in &mut nodes {
             node.gain[c] = libm::exp((common + node.local).clamp(-2.0, 2.0)) as f32;
+            if c == 1 {
+                node.centre = node.local;
+            }
+        }
+        if c == 1 {
+            let slope = curves[c].slope;
+            limits = Limits { slope: [slope - SLOPE_TINT, slope + SLOPE_TINT], local: TINT };
         }
     }
     let sane = gains.iter().all(|gain| *gain > 1.0 / LARGEST && *gain < LARGEST);
@@ -139,7 +165,7 @@ fn fit_channel(
     samples: &[Sample],
     observations: &mut [Observation],
     (nodes, columns): (&mut [Node], usize),
-    vary: bool,
+    limits: Option<Limits>,
     known: Option<f64>,
 ) -> Result<(f64, Curve)> {
     let mut curve = Curve::default();
@@ -165,9 +191,7 @@ fn fit_channel(
             (total, ratios, lights) = (total + o.weight, ratios + o.weight * o.ratio, lights + o.weight * o.light);
         }
         common = known.unwrap_or(ratios / total);
-        if !vary {
-            continue;
-        }
+        let Some(limits) = limits else { continue };
         curve.pivot = lights / total;
         // How much farther the reference's light spreads than the target's, not how it follows from that: what is misaligned spreads as
         // far, but follows less.
@@ -178,7 +202,8 @@ fn fit_channel(
             own += o.weight * contrast * contrast;
             other += o.weight * across * across;
         }
-        curve.slope = ((other / own).sqrt() - 1.0).clamp(-STEEPEST, STEEPEST);
+        let [least, greatest] = limits.slope;
+        curve.slope = ((other / own).sqrt() - 1.0).max(least).min(greatest);
         nodes.iter_mut().for_each(|node| (node.weight, node.sum) = (0.0, 0.0));
         for o in &*observations {
             let local = o.ratio - common - curve.slope * (o.light - curve.pivot);
@@ -187,7 +212,7 @@ fn fit_channel(
                 nodes[node].sum += o.weight * share * local;
             }
         }
-        relax(nodes, columns);
+        relax(nodes, columns, limits.local);
     }
     Ok((common, curve))
 }
@@ -209,8 +234,8 @@ fn corners([x, y]: [f32; 2], step: usize, columns: usize, rows: usize) -> [(usiz
     [(node, (1.0 - u) * (1.0 - v)), (node + 1, u * (1.0 - v)), (below, (1.0 - u) * v), (below + 1, u * v)]
 }
 
-/// Gauss–Seidel: each node the mean of its samples, its neighbours and 0.
-fn relax(nodes: &mut [Node], columns: usize) {
+/// Projected Gauss–Seidel: each node the mean of its samples, its neighbours and 0, as far as the limit allows.
+fn relax(nodes: &mut [Node], columns: usize, limit: f64) {
     // Samples are weighted by their light: the pulls are in terms of their mean.
     let total: f64 = nodes.iter().map(|node| node.weight).sum();
     let filled = nodes.iter().filter(|node| node.weight > 0.0).count().max(1);
@@ -218,11 +243,12 @@ fn relax(nodes: &mut [Node], columns: usize) {
     let (stiffness, damping) = (STIFFNESS * scale, DAMPING * scale);
     for _ in 0..SWEEPS {
         for node in 0..nodes.len() {
-            let Node { mut weight, mut sum, .. } = nodes[node];
+            let Node { mut weight, mut sum, centre, .. } = nodes[node];
             for neighbour in neighbours(node, columns).into_iter().filter_map(|at| nodes.get(at)) {
                 (weight, sum) = (weight + stiffness, sum + stiffness * neighbour.local);
             }
-            nodes[node].local = sum / (weight + damping).max(f64::MIN_POSITIVE);
+            let local = sum / (weight + damping).max(f64::MIN_POSITIVE);
+            nodes[node].local = local.max(centre - limit).min(centre + limit);
         }
     }
 }
