@@ -236,3 +236,26 @@ fn what_one_photo_shows_alone_hardly_colours_its_surroundings() {
         assert!(ratio > 0.4 && ratio < 2.4, "{name}: {ratio}");
     }
 }
+
+/// A target that is brightened would be white where only it shows something bright: a sky at dusk keeps its clouds.
+#[test]
+fn brightened_highlights_keep_their_contrast_outside_of_the_reference() {
+    let dimmed = |gray: u8| level(0.5 * linear(gray));
+    let clouds = |x: usize, y: usize| if (x / 8 + y / 8).is_multiple_of(2) { 205 } else { 240 };
+    let target = |x: usize, y: usize| {
+        let [gray, ..] = squares(x, y);
+        let gray = if x < 100 { clouds(x, y) } else { dimmed(gray) };
+        [gray, gray, gray, 255]
+    };
+    let (image, mosaic) = side_by_side(target, squares);
+    let (mut dark, mut bright) = (Vec::new(), Vec::new());
+    for (i, after) in pixels(&mosaic.image).iter().enumerate() {
+        let (x, y) = (i % image.width(), i / image.width());
+        if x < 20 {
+            if clouds(x, y) == 205 { &mut dark } else { &mut bright }.push(f64::from(after[1]));
+        }
+    }
+    let [dark, bright] = [dark, bright].map(scene::median);
+    println!("gains {:.2?}, {dark} and {bright}", mosaic.gains);
+    assert!(mosaic.gains[1] > 1.9 && bright > dark + 5.0, "{dark} and {bright}");
+}

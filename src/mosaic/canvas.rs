@@ -1,6 +1,6 @@
 //! Where the reference, or the mosaic so far, lies on the canvas.
 
-use crate::ImageView;
+use crate::{ImageView, Rect};
 
 /// The reference on the canvas.
 #[derive(Clone, Copy)]
@@ -12,6 +12,11 @@ pub(super) struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
+    /// What it covers of the canvas.
+    pub fn frame(&self) -> Rect {
+        Rect { x: self.left, y: self.top, width: self.photo.width(), height: self.photo.height() }
+    }
+
     /// The reference's row in a row of the canvas; `None` above and below it.
     pub fn row(&self, y: usize) -> Option<&'a [[u8; 4]]> {
         let width = self.photo.width();

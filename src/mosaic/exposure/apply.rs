@@ -6,18 +6,21 @@ use super::clipped::whiteness;
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
 use crate::observer::{Observer, report_row};
-use crate::{Image, Result, Stage};
+use crate::{Image, Rect, Result, Stage};
 
 /// Where highlights are kept, what they are compressed from.
 const KNEE: f32 = 0.7;
+/// Nodes from the frame to where they are kept in full.
+const FADE: f32 = 3.0;
 
 /// Multiplies the linear light of every pixel by the gain at its place. To keep highlights, what is brightened beyond the knee is
-/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4).
-/// Clipped pixels are not darkened, and bright ones near them less.
+/// compressed so that white becomes white (Reinhard et al., *Photographic Tone Reproduction for Digital Images*, 2002, equation 4):
+/// outside of the `frame`, more and more as the distance from it grows, or everywhere. Clipped pixels are not darkened, and bright ones near
+/// them less.
 pub(super) fn apply(
     image: &mut Image,
     response: &Response,
-    keep_highlights: bool,
+    frame: Option<Rect>,
     linear: &[f32; 256],
     observer: &mut dyn Observer,
 ) -> Result<()> {
@@ -41,6 +44,7 @@ pub(super) fn apply(
         let above = y / step;
         let (above, below) = (above * columns, (above + 1).min(rows - 1) * columns);
         let share = f32x4::splat((y % step) as f32 * share_of);
+        let outside = frame.map(|Rect { x, y: top, width, height }| ([x, x + width], distance(y, [top, top + height])));
         let gain_at = |i: usize| {
             let [above, below] = [above + i, below + i].map(|node| f32x4::new(nodes[node].gain));
             above + (below - above) * share
@@ -52,8 +56,13 @@ pub(super) fn apply(
                 let gain = gain + slope * f32x4::splat(x as f32);
                 let light = |c: usize| scaled[usize::from(pixel[c])][c];
                 let mut light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain;
-                if keep_highlights {
-                    light = compressed(light, white * gain);
+                let kept = outside.map_or(1.0, |(sides, vertical)| {
+                    (distance(i * step + x, sides).max(vertical) as f32 * share_of / FADE).min(1.0)
+                });
+                if kept > 0.0 {
+                    let bent = compressed(light, white * gain);
+                    light = light.min(most);
+                    light += (bent - light) * f32x4::splat(kept);
                 }
                 let [.., clipped] = gain.to_array();
                 if clipped > 0.0 {
@@ -69,6 +78,12 @@ pub(super) fn apply(
         }
     }
     Ok(())
+}
+
+/// How far a coordinate is from a range.
+#[inline]
+fn distance(at: usize, [from, to]: [usize; 2]) -> usize {
+    from.saturating_sub(at).max(at.saturating_sub(to))
 }
 
 /// Light that is multiplied, in table steps, given what white becomes.

@@ -28,7 +28,7 @@ pub(crate) fn gain_table(gains: [f64; 3]) -> Result<[[u8; 256]; 3]> {
 }
 
 /// Adjusts the target in `image`; what it was multiplied by on average over the overlap. With `joint` gains, those that all photos
-/// together ask for, only what is local differs from them, and no highlights are lost.
+/// together ask for, only what is local differs from them. No highlights are lost that the target alone shows, or with `joint` gains any.
 pub(super) fn adjust(
     image: &mut Image,
     reference: &Placed<'_>,
@@ -45,6 +45,8 @@ pub(super) fn adjust(
         return Ok([1.0; 3]);
     };
     clipped::mark(&mut response.field, image)?;
-    apply::apply(image, &response, joint.is_some(), &linear, &mut Portion::new(observer, 0.5, 1.0))?;
+    // Of two photos alone the reference says how bright highlights are where it shows them.
+    let frame = joint.is_none().then(|| reference.frame());
+    apply::apply(image, &response, frame, &linear, &mut Portion::new(observer, 0.5, 1.0))?;
     Ok(response.gains)
 }
