@@ -85,6 +85,7 @@ pub(super) struct Node {
 struct Limits {
     /// Least and greatest slope of the curve.
     slope: [f64; 2],
+    /// How far the logarithm of the gain at a node may be from [`Node::centre`].
     local: f64,
 }
 
