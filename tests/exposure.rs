@@ -177,12 +177,14 @@ fn squares(x: usize, y: usize) -> [u8; 4] {
     [gray as u8, gray as u8, gray as u8, 255]
 }
 
-/// Two photos of 500 × 300 pixels, the reference 100 pixels farther to the right. With what the target has become.
+/// Two photos of the same height, the target of 500 × 300 pixels, the reference's left border `left` pixels within it, and its right one
+/// 100 pixels beyond. With what the target has become.
 fn side_by_side(
+    left: usize,
     target: impl Fn(usize, usize) -> [u8; 4],
     reference: impl Fn(usize, usize) -> [u8; 4],
 ) -> (Image, Mosaic) {
-    let (width, height, left) = (600, 300, 100);
+    let (width, height) = (600, 300);
     let image = picture(width, height, |x, y| if x < 500 { target(x, y) } else { [0; 4] });
     let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
     let warped =
@@ -197,11 +199,11 @@ fn side_by_side(
 /// exposure: what only the target shows stays as it is.
 #[test]
 fn misalignment_changes_neither_brightness_nor_contrast() {
-    let misaligned = 24;
-    let (image, mosaic) = side_by_side(squares, |x, y| squares(x + misaligned, y + misaligned));
+    let (left, misaligned) = (200, 24);
+    let (image, mosaic) = side_by_side(left, squares, |x, y| squares(x + misaligned, y + misaligned));
     let mut changes = Vec::new();
     for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
-        if i % image.width() < 50 {
+        if i % image.width() < left / 2 {
             changes.push((f64::from(before[1]) - f64::from(after[1])).abs());
         }
     }
@@ -221,7 +223,7 @@ fn what_one_photo_shows_alone_hardly_colours_its_surroundings() {
             if (100..200).contains(&x) { [red(gray), green(gray), blue(gray), 255] } else { [gray, gray, gray, 255] }
         };
         // Misaligned, so that no sample agrees with another.
-        let (image, mosaic) = side_by_side(in_front, |x, y| squares(x + 24, y + 24));
+        let (image, mosaic) = side_by_side(100, in_front, |x, y| squares(x + 24, y + 24));
         let (mut tints, mut ratios) = (Vec::new(), Vec::new());
         for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
             if i % image.width() < 100 {
@@ -247,7 +249,7 @@ fn brightened_highlights_keep_their_contrast_outside_of_the_reference() {
         let gray = if x < 100 { clouds(x, y) } else { dimmed(gray) };
         [gray, gray, gray, 255]
     };
-    let (image, mosaic) = side_by_side(target, squares);
+    let (image, mosaic) = side_by_side(100, target, squares);
     let (mut dark, mut bright) = (Vec::new(), Vec::new());
     for (i, after) in pixels(&mosaic.image).iter().enumerate() {
         let (x, y) = (i % image.width(), i / image.width());
