@@ -57,7 +57,7 @@ export const geometry = {
     max: 1_000_000,
     default: 2000,
     label: "Maximum trials",
-    description: "Maximum number of samples drawn by the robust estimator.",
+    description: "Maximum number of samples drawn by each search of the robust estimator.",
   },
   seed: {
     group: "geometry",

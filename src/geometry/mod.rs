@@ -87,7 +87,7 @@ pub struct EstimateOptions {
     pub threshold: Threshold,
     /// The probability, between 0 and 1, that at least one sample is free of outliers when sampling stops.
     pub confidence: f64,
-    /// The largest number of samples to draw.
+    /// The largest number of samples to draw in a search. There may be several.
     pub max_trials: u32,
     /// Whether two calibrated cameras may replace the free model.
     pub calibration: Calibration,

@@ -125,8 +125,8 @@ export interface Options {
    */
   confidence: number;
   /**
-   * Maximum number of samples drawn by the robust estimator. Range: an integer from 1 to 1000000.
-   * Default: 2000.
+   * Maximum number of samples drawn by each search of the robust estimator. Range: an integer from
+   * 1 to 1000000. Default: 2000.
    */
   maxTrials: number;
   /**

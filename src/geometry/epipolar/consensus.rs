@@ -25,11 +25,12 @@ pub(super) struct Epipolar {
 /// Least standard deviation of a match, in pixels: smaller errors are rounding.
 const MIN_SIGMA: f64 = 0.05;
 
-/// Independent searches, at least and at most, and how many matches they may look at together. The cost often has several minima of about
-/// the same depth, and one search ends in this or that, by its seed. Of 110 real pairs, four seeds change the outline or the warnings of
-/// 20, but of 31 with one search; eight searches of every pair leave 20 as well.
+/// Fewest and most independent searches. The cost often has several minima of about the same depth, and one search ends in this or that, by its
+/// seed. Of 110 real pairs, four seeds change the outline or the warnings of 20, but of 31 with one search; eight searches of every pair
+/// leave 20 as well.
 const SEARCHES: [usize; 2] = [3, 20];
-const SEARCHED: usize = 4000;
+/// Matches times searches, between these: of few matches a search takes little time.
+const MATCHES_SEARCHED: usize = 4000;
 
 /// Two matches off the plane determine the epipole; twice as many, as the plane adapts within the noise of its own matches.
 const EPIPOLE: usize = 4;
@@ -74,7 +75,7 @@ impl Epipolar {
 /// The matrix that a search found, and the same refined.
 type Start = [Fundamental; 2];
 
-/// Robust search by plane and parallax, if there is a dominant plane, and by seven matches.
+/// Robust searches by plane and parallax, if there is a dominant plane, and by seven matches; the one of least cost is refined.
 ///
 /// `None` if no sample gave a matrix.
 pub(super) fn search(
@@ -93,7 +94,7 @@ pub(super) fn search(
     });
     let all: Vec<usize> = (0..points.len()).collect();
     let mut trials = 0;
-    let starts = (0..(SEARCHED / points.len()).clamp(SEARCHES[0], SEARCHES[1])).filter_map(|_| {
+    let starts = (0..(MATCHES_SEARCHED / points.len()).clamp(SEARCHES[0], SEARCHES[1])).filter_map(|_| {
         let mut found = Found::none();
         if let Some((estimator, off)) = &off_plane {
             found = ransac(estimator, points, off, config, sampler, found);
@@ -135,6 +136,7 @@ fn refine_inliers(points: &Points, [found, refined]: Start, scales: &Scales) -> 
     /// efficient as least squares.
     const SUPPORT: f64 = 1.5;
     let wide = scales.widest();
+    // So far it was refined just enough to be compared.
     let strict = refine_robustly(points, &refined, wide, FINE);
     let lenient = anneal(&FundamentalEstimator, points, &found, narrowing(scales), ITERATIONS, COARSE);
     let [near, far] = [&strict, &lenient].map(|f| inlier_errors(points, f, wide));
