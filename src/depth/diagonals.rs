@@ -5,6 +5,9 @@ use wide::f64x4;
 use crate::Result;
 use crate::image::zeroed;
 
+/// Columns whose products are taken off all others at once.
+const PANEL: usize = 4;
+
 /// A symmetric matrix of which only some diagonals are not 0.
 #[derive(Clone)]
 pub(super) struct Diagonals {
@@ -46,42 +49,57 @@ impl Diagonals {
     /// L of A = LLᵀ; `None` when the matrix is not positive definite.
     pub fn cholesky(&self) -> Result<Option<Factor>> {
         let length = 1 + self.offsets.iter().max().copied().unwrap_or(0);
-        let mut columns: Vec<f64> = zeroed(self.size * length)?;
+        let stride = length + PANEL - 1;
+        let mut columns: Vec<f64> = zeroed(self.size * stride)?;
         for (&offset, entries) in self.offsets.iter().zip(self.entries.chunks_exact(self.size)) {
-            columns.chunks_exact_mut(length).zip(entries).for_each(|(column, entry)| column[offset] += entry);
+            columns.chunks_exact_mut(stride).zip(entries).for_each(|(column, entry)| column[offset] += entry);
         }
-        for j in 0..self.size {
-            let (column, right) = columns[j * length..].split_at_mut(length);
-            let pivot = column[0].sqrt();
-            if pivot.is_nan() || pivot <= 0.0 {
-                return Ok(None);
+        let mut rest = &mut columns[..];
+        while !rest.is_empty() {
+            let (panel, right) = rest.split_at_mut(rest.len().min(PANEL * stride));
+            for j in 0..panel.len() / stride {
+                let (column, others) = panel[j * stride..].split_at_mut(stride);
+                let pivot = column[0].sqrt();
+                if pivot.is_nan() || pivot <= 0.0 {
+                    return Ok(None);
+                }
+                column[0] = pivot;
+                column[1..length].iter_mut().for_each(|entry| *entry /= pivot);
+                for (k, other) in (1..length).zip(others.chunks_exact_mut(stride)) {
+                    add_scaled(&mut other[..length - k], &column[k..length], -column[k]);
+                }
             }
-            column[0] = pivot;
-            column[1..].iter_mut().for_each(|entry| *entry /= pivot);
-            for (k, other) in (1..length).zip(right.chunks_exact_mut(length)) {
-                add_scaled(&mut other[..length - k], &column[k..], -column[k]);
+            // Only the last panel may be narrower, and nothing is right of it.
+            if !right.is_empty() {
+                for (k, other) in (1..length).zip(right.chunks_exact_mut(stride)) {
+                    // From the other's diagonal downwards: the first three end in zeros.
+                    let from = |j: usize| &panel[j * stride + k + PANEL - 1 - j..][..length - k];
+                    subtract_scaled(&mut other[..length - k], [from(0), from(1), from(2), from(3)]);
+                }
             }
+            rest = right;
         }
-        Ok(Some(Factor { length, columns }))
+        Ok(Some(Factor { length, stride, columns }))
     }
 }
 
 /// The Cholesky factor L of a matrix, a band from its main diagonal downwards.
 pub(super) struct Factor {
     length: usize,
-    /// Column by column, rows j to j + length − 1.
+    stride: usize,
+    /// Column by column, rows j to j + length − 1, and zeros.
     columns: Vec<f64>,
 }
 
 impl Factor {
     /// Replaces y by the solution x of LLᵀx = y.
     pub fn solve(&self, y: &mut [f64]) {
-        for (j, column) in self.columns.chunks_exact(self.length).enumerate() {
+        for (j, column) in self.columns.chunks_exact(self.stride).enumerate() {
             y[j] /= column[0];
             let (value, below) = (y[j], self.length.min(y.len() - j));
             add_scaled(&mut y[j + 1..j + below], &column[1..below], -value);
         }
-        for (j, column) in self.columns.chunks_exact(self.length).enumerate().rev() {
+        for (j, column) in self.columns.chunks_exact(self.stride).enumerate().rev() {
             let below = self.length.min(y.len() - j);
             y[j] = (y[j] - dot(&column[1..below], &y[j + 1..j + below])) / column[0];
         }
@@ -104,6 +122,22 @@ pub(super) fn add_scaled(a: &mut [f64], b: &[f64], s: f64) {
         *a = (f64x4::new(*a) + f64x4::splat(s) * f64x4::new(b)).to_array();
     }
     ra.iter_mut().zip(rb).for_each(|(a, b)| *a += s * b);
+}
+
+/// a −= b₀·b for four b, the first after the other.
+fn subtract_scaled(a: &mut [f64], b: [&[f64]; PANEL]) {
+    let scales = b.map(|b| b.first().copied().unwrap_or_default());
+    let [p, q, r, s] = scales.map(f64x4::splat);
+    let (a, last) = a.as_chunks_mut();
+    let [(b, rb), (c, rc), (d, rd), (e, re)] = b.map(|b| b.as_chunks());
+    for ((((a, &b), &c), &d), &e) in a.iter_mut().zip(b).zip(c).zip(d).zip(e) {
+        let less = f64x4::new(*a) - p * f64x4::new(b) - q * f64x4::new(c);
+        *a = (less - r * f64x4::new(d) - s * f64x4::new(e)).to_array();
+    }
+    let [p, q, r, s] = scales;
+    for ((((a, b), c), d), e) in last.iter_mut().zip(rb).zip(rc).zip(rd).zip(re) {
+        *a = *a - p * b - q * c - r * d - s * e;
+    }
 }
 
 /// a += b·c, entry by entry.
