@@ -141,6 +141,9 @@ impl<'a> Scattered<'a> {
             let p = (2 * p + step + 1) as f32 / (2 * step) as f32;
             (p as usize, p - p.floor())
         };
+        let mut across = Vec::new();
+        reserve(&mut across, w)?;
+        across.extend((0..w).map(place));
         let mut data = Vec::new();
         reserve(&mut data, w * h)?;
         let mut row: Vec<f32> = zeroed(columns)?;
@@ -150,10 +153,7 @@ impl<'a> Scattered<'a> {
             for ((v, a), b) in row.iter_mut().zip(above).zip(below) {
                 *v = a + (b - a) * fy;
             }
-            data.extend((0..w).map(|x| {
-                let (i, fx) = place(x);
-                row[i] + (row[i + 1] - row[i]) * fx
-            }));
+            data.extend(across.iter().map(|&(i, fx)| row[i] + (row[i + 1] - row[i]) * fx));
         }
         Ok(InverseDepth::from_values(data, w, h))
     }

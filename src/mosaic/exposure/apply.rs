@@ -36,6 +36,7 @@ pub(super) fn apply(
     }
     let white = f32x4::new([scaled[255][0], scaled[255][1], scaled[255][2], 0.0]);
     let most = f32x4::splat((STEPS - 1) as f32);
+    let knee = f32x4::splat(KNEE) * most;
     let (width, height) = image.size();
     let Field { nodes, columns, rows, step } = &response.field;
     let share_of = 1.0 / *step as f32;
@@ -56,13 +57,15 @@ pub(super) fn apply(
                 let gain = gain + slope * f32x4::splat(x as f32);
                 let light = |c: usize| scaled[usize::from(pixel[c])][c];
                 let mut light = f32x4::new([light(0), light(1), light(2), 0.0]) * gain;
-                let kept = outside.map_or(1.0, |(sides, vertical)| {
-                    (distance(i * step + x, sides).max(vertical) as f32 * share_of / FADE).min(1.0)
-                });
-                if kept > 0.0 {
-                    let bent = compressed(light, white * gain);
-                    light = light.min(most);
-                    light += (bent - light) * f32x4::splat(kept);
+                if light.cmp_gt(knee).any() {
+                    let kept = outside.map_or(1.0, |(sides, vertical)| {
+                        (distance(i * step + x, sides).max(vertical) as f32 * share_of / FADE).min(1.0)
+                    });
+                    if kept > 0.0 {
+                        let bent = compressed(light, white * gain);
+                        light = light.min(most);
+                        light += (bent - light) * f32x4::splat(kept);
+                    }
                 }
                 let [.., clipped] = gain.to_array();
                 if clipped > 0.0 {
