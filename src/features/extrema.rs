@@ -2,6 +2,7 @@
 
 use wide::{CmpGe, CmpGt, CmpLe, CmpLt, f32x4};
 
+use crate::lanes::load;
 use crate::rows::Window;
 
 /// Scales per octave at which extrema are looked for (Lowe 2004, section 3.3).
@@ -199,10 +200,4 @@ impl Cube {
         let (trace, det) = (xx + yy, xx * yy - self.twist[2] * self.twist[2]);
         det <= 0.0 || trace * trace >= limit * det
     }
-}
-
-/// Four floats from any place of a row; zeros past its end.
-#[inline(always)]
-fn load(row: &[f32], x: usize) -> f32x4 {
-    row.get(x..).and_then(|rest| rest.first_chunk::<4>()).map_or(f32x4::splat(0.0), |v| f32x4::from(*v))
 }

@@ -1,7 +1,8 @@
 //! The gray image that features are detected on.
 
 use crate::image::{reserve, zeroed};
-use crate::luma::rec601;
+use crate::lanes::add_weighted;
+use crate::luma::rec601_row;
 use crate::{ImageView, Result};
 
 /// Luma, 0 to 255, row by row.
@@ -22,10 +23,8 @@ pub(crate) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
         sums.fill(0.0);
         for (row, weight) in covered(y, height, image.height()) {
             let pixels = &image.pixels()[row * image.width()..][..image.width()];
-            line.iter_mut().zip(pixels).for_each(|(luma, &pixel)| *luma = rec601(pixel));
-            for (sum, value) in sums.iter_mut().zip(&line) {
-                *sum += weight * value;
-            }
+            rec601_row(pixels, &mut line);
+            add_weighted(&mut sums, &line, weight);
         }
         if width == image.width() {
             data.extend_from_slice(&sums);

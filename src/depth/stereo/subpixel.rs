@@ -7,7 +7,7 @@ use super::census::{CostRows, LABELS, Search};
 use super::gray::MARGIN;
 use crate::Result;
 use crate::image::zeroed;
-use crate::lanes::LANES;
+use crate::lanes::{LANES, load};
 
 /// Pixels between the two places of the other photo that a slope is taken from: the unit of all shifts below, the most that
 /// a shift changes, and how different those of neighbours may be. Tuned on the evaluation cases, as all below:
@@ -66,10 +66,7 @@ pub(super) fn refine_subpixel(search: &Search<'_>, shifts: &mut [f32], reliable:
 
 /// The changes of the shifts of pixels next to each other; their windows start at the first value.
 fn steps(data: &[f32], stride: usize, damping: f32) -> f32x4 {
-    let load = |dx: usize, dy: usize, plane: usize| {
-        let from = (dy * PLANES + plane) * stride + dx;
-        f32x4::new(data.get(from..).and_then(<[f32]>::first_chunk).copied().unwrap_or_default())
-    };
+    let load = |dx: usize, dy: usize, plane: usize| load(data, (dy * PLANES + plane) * stride + dx);
     let (own, counts) = (load(RADIUS, RADIUS, 0), load(RADIUS, RADIUS, 3));
     let [mut n, mut g, mut e, mut gg, mut ge, mut apart] = [f32x4::ZERO; 6];
     for tap in 0..ROWS * ROWS {

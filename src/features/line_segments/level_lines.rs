@@ -1,9 +1,12 @@
 //! The level lines of a smoothed and reduced photo (sections 2.1 to 2.3 of the paper).
 
+use wide::{CmpGt, f32x4};
+
 use super::LineSegmentOptions;
 use crate::distance::STRAIGHT;
 use crate::features::luma::{Luma, luma};
 use crate::image::{reserve, zeroed};
+use crate::lanes::{LANES, add_weighted, load};
 use crate::transparency::distance_to_missing;
 use crate::{ImageView, Result};
 
@@ -29,18 +32,20 @@ impl LevelLines {
         let Luma { data, width, height } = reduce(&grey, options.scale, options.sigma_scale)?;
         drop(grey);
         let (mut directions, mut magnitudes) = (zeroed::<[f32; 2]>(width * height)?, zeroed::<f32>(width * height)?);
-        let weak = weak as f32;
+        let (weak, half) = (f32x4::splat(weak as f32), f32x4::splat(0.5));
         for y in 1..height {
-            let (above, below) = (&data[(y - 1) * width..][..width], &data[y * width..][..width]);
-            let start = (y - 1) * width;
-            let out = directions[start..].iter_mut().zip(&mut magnitudes[start..]);
-            for ((a, b), (direction, magnitude)) in above.windows(2).zip(below.windows(2)).zip(out) {
-                let (falling, rising) = (b[1] - a[0], a[1] - b[0]);
-                let [x, y] = [0.5 * (falling + rising), 0.5 * (falling - rising)];
+            let row = (y - 1) * width..y * width - 1;
+            let out = directions[row.clone()].chunks_mut(LANES).zip(magnitudes[row.clone()].chunks_mut(LANES));
+            for (from, (directions, magnitudes)) in row.step_by(LANES).zip(out) {
+                let [a, b] = [0, 1].map(|x| load(&data, from + x));
+                let [c, d] = [0, 1].map(|x| load(&data, from + width + x));
+                let (falling, rising) = (d - a, b - c);
+                let (x, y) = (half * (falling + rising), half * (falling - rising));
                 let norm = (x * x + y * y).sqrt();
-                if norm > weak {
-                    (*direction, *magnitude) = ([-y / norm, x / norm], norm);
-                }
+                let steep = norm.cmp_gt(weak);
+                let [u, v, norm] = [-y / norm, x / norm, norm].map(|value| (value & steep).to_array());
+                directions.iter_mut().zip(u).zip(v).for_each(|((direction, u), v)| *direction = [u, v]);
+                magnitudes.copy_from_slice(&norm[..magnitudes.len()]);
             }
         }
         let mut found = Self { width, height, directions, magnitudes };
@@ -85,7 +90,8 @@ impl LevelLines {
     }
 }
 
-/// The picture at `scale` of its size, smoothed by a Gaussian of `sigma` pixels of the result. Sides are rounded up.
+/// The picture at `scale` of its size, smoothed by a Gaussian of `sigma` pixels of the result, and [`LANES`] zeros. Sides are rounded
+/// up.
 fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
     let reduced = |side: usize| ((side as f64 * scale).ceil() as usize).max(1);
     let (width, height) = (reduced(grey.width), reduced(grey.height));
@@ -95,7 +101,7 @@ fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
     let columns = Taps::all(width, grey.width, scale, sigma, radius)?;
     let rows = Taps::all(height, grey.height, scale, sigma, radius)?;
     let mut data = Vec::new();
-    reserve(&mut data, width * height)?;
+    reserve(&mut data, width * height + LANES)?;
     // One smoothed row, its end values repeated on either side.
     let mut line: Vec<f32> = zeroed(grey.width + 2 * radius)?;
     for row in &rows {
@@ -103,9 +109,7 @@ fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
         let inner = &mut line[radius..radius + grey.width];
         for (weight, y) in row.weights.iter().zip(row.first..) {
             let y = y.saturating_sub(radius).min(grey.height - 1);
-            for (sum, value) in inner.iter_mut().zip(&grey.data[y * grey.width..]) {
-                *sum += weight * value;
-            }
+            add_weighted(inner, &grey.data[y * grey.width..][..grey.width], *weight);
         }
         let (left, right) = (inner[0], inner[grey.width - 1]);
         line[..radius].fill(left);
@@ -116,6 +120,7 @@ fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
                 .map(|c| c.weights.iter().zip(&line[c.first..]).map(|(weight, value)| weight * value).sum::<f32>()),
         );
     }
+    data.resize(width * height + LANES, 0.0);
     Ok(Luma { data, width, height })
 }
 

@@ -49,7 +49,7 @@ impl<'a> Grower<'a> {
 
     /// Takes in all connected pixels within `tolerance` of the direction so far.
     fn grow(&mut self, seed: [u32; 2], tolerance: f64) {
-        let LevelLines { width, height, directions, .. } = self.lines;
+        let LevelLines { width, directions, .. } = self.lines;
         let cosine = libm::cos(tolerance);
         let first = self.index(seed);
         self.pixels.clear();
@@ -61,17 +61,19 @@ impl<'a> Grower<'a> {
         let mut next = 0;
         while let Some(&[x, y]) = self.pixels.get(next) {
             next += 1;
-            for y in y.saturating_sub(1)..(y + 2).min(*height as u32) {
-                for x in x.saturating_sub(1)..(x + 2).min(*width as u32) {
-                    let i = y as usize * width + x as usize;
-                    if self.used[i] != 0 {
+            // Nothing in the last row and column has a direction: neighbours beyond the border are used or no pixels.
+            let above = self.index([x, y]).wrapping_sub(width + 1);
+            for row in 0..3 {
+                for column in 0..3 {
+                    let i = above.wrapping_add(row * width + column);
+                    if self.used.get(i) != Some(&0) {
                         continue;
                     }
                     let [u, v] = directions[i].map(f64::from);
                     let along = u * dx + v * dy;
                     if along > 0.0 && along * along >= least {
                         self.used[i] = 1;
-                        self.pixels.push([x, y]);
+                        self.pixels.push([x + column as u32 - 1, y + row as u32 - 1]);
                         (dx, dy) = (dx + u, dy + v);
                         least = cosine * cosine * (dx * dx + dy * dy);
                     }
