@@ -3,9 +3,10 @@
 
 mod scene;
 
-use depthstitch::Image;
-use depthstitch::pipeline::{Options, Stitched, stitch};
+use depthstitch::geometry::Match;
+use depthstitch::pipeline::{Options, Stitched, WithoutDepth, stitch};
 use depthstitch::warp::Projection;
+use depthstitch::{Image, View};
 use nalgebra::Vector3;
 use scene::{Camera, MatchOptions, Pair, Photos, Pose, median};
 #[cfg(target_arch = "wasm32")]
@@ -158,6 +159,45 @@ fn focal_length_need_not_be_known() {
     let [plane, cylinder] = [Projection::Plane, Projection::Cylinder].map(|p| stitched(&photos, Some(p), None));
     assert_eq!(cylinder.projection, Projection::Cylinder);
     assert!(cylinder.mosaic.image.width() < plane.mosaic.image.width());
+}
+
+/// A wall that the reference's camera stands next to, seen as a whole by the target's: it is stretched most where it is nearest, and
+/// stays in one piece.
+#[test]
+fn a_wall_beside_the_camera_is_not_torn() {
+    let (focal, middle) = (200.0, [119.5, 79.5]);
+    let (centre, wall) = (Vector3::new(1.0, 0.0, -1.5), -0.1);
+    let turned = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), -0.6);
+    let matches = (0..SIZE.0 * SIZE.1).step_by(97).filter_map(|i| {
+        let target = [i % SIZE.0, i / SIZE.0].map(|v| v as f64);
+        let ray = turned * Vector3::new((target[0] - middle[0]) / focal, (target[1] - middle[1]) / focal, 1.0);
+        let point = centre + ray * ((wall - centre.x) / ray.x);
+        let reference = [point.x, point.y].map(|v| v / point.z * focal);
+        let reference = [reference[0] + middle[0], reference[1] + middle[1]];
+        let inside = reference.iter().zip([239.0, 159.0]).all(|(v, last)| (0.0..=last).contains(v));
+        (ray.x < 0.0 && point.z > 0.0 && inside).then_some(Match { target, reference })
+    });
+    let matches: Vec<_> = matches.collect();
+    assert!(matches.len() > 20, "{} matches", matches.len());
+    let photo = Image::new([90, 120, 150, 255].repeat(SIZE.0 * SIZE.1), SIZE.0, SIZE.1).unwrap();
+    let view = View { image: photo.view(), depth: None };
+    let mut options = Options { projection: Some(Projection::Cylinder), ..Options::default() };
+    options.without_depth = WithoutDepth::Homography;
+    options.estimate.focal = Some(focal);
+    let found = stitch(Some(&matches), view, view, &options, &mut ()).unwrap();
+    let warped = &found.warped.image;
+    let mut columns: Vec<_> = warped
+        .pixels()
+        .iter()
+        .enumerate()
+        .filter(|(_, pixel)| pixel[3] != 0)
+        .map(|(i, _)| i % warped.width())
+        .collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let (first, last) = (columns[0], columns[columns.len() - 1]);
+    assert!(last - first > 400, "{first} to {last}");
+    assert_eq!(columns.len(), last - first + 1);
 }
 
 /// A focal length is given for the target: that of a larger reference is as much longer.

@@ -87,7 +87,7 @@ export const warping = {
     paper: 2,
     label: "Stretch limit",
     description:
-      'Outside the reference, a warped cell longer than this is void; with mode "paper" 2.',
+      'Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Not on a cylinder or sphere without depth maps.',
   },
   canvasLimit: {
     group: "warping",

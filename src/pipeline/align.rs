@@ -189,6 +189,13 @@ impl Alignment<'_> {
             .map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
     }
 
+    /// The stretch limit to warp this alignment with, of which `most` is wanted: none on a cylinder or sphere (`on_screen`), unless maps
+    /// say what hides what. There a wall beside the reference's camera is stretched as it should be, and not torn apart.
+    #[must_use]
+    pub fn stretch_limit(&self, most: f64, on_screen: bool) -> f64 {
+        if on_screen && (self.smooth || self.depth[0].is_none()) { f64::MAX } else { most }
+    }
+
     /// The name of the stage that fitted the models.
     fn stage(&self) -> Stage {
         if self.geometry.kind == ModelKind::TwoView { Stage::Depth } else { Stage::Estimate }

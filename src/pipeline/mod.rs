@@ -216,6 +216,7 @@ fn warp_aligned(
     let Estimate { forward, reverse, .. } = &alignment.geometry;
     let options = WarpOptions {
         void_distance: alignment.void_distance(target.image, options.warp.void_distance),
+        stretch_limit: alignment.stretch_limit(options.warp.stretch_limit, projected.is_some()),
         // Of what follows only exemplar filling uses depth, and a smooth surface has no background.
         depth: options.warp.depth
             && !alignment.smooth

@@ -181,8 +181,9 @@ export interface Options {
    */
   voidDistance: number;
   /**
-   * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Unit: ×
-   * average cell. Range: a number above 0. Default: 5 (2 with mode "paper").
+   * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Not on a
+   * cylinder or sphere without depth maps. Unit: × average cell. Range: a number above 0. Default:
+   * 5 (2 with mode "paper").
    */
   stretchLimit: number;
   /**
