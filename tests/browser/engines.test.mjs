@@ -9,6 +9,7 @@ import { engines, inTab, savedIn, until } from "./engines.mjs";
 import {
   asOnCanvas,
   assertSame,
+  cancelDuring,
   exampleFile,
   same,
   shown,
@@ -173,18 +174,6 @@ function says(selector, words) {
 
 function canRun() {
   return document.querySelector('#run[aria-disabled="false"]') !== null;
-}
-
-/** Has Cancel pressed as soon as the status begins with this word. @param {string} word */
-function cancelDuring(word) {
-  const status = document.querySelector("#status");
-  const cancel = document.querySelector("#cancel");
-  const observer = new MutationObserver(() => {
-    if (!status?.textContent?.startsWith(word)) return;
-    observer.disconnect();
-    if (cancel instanceof HTMLElement) cancel.click();
-  });
-  if (status) observer.observe(status, { childList: true, characterData: true, subtree: true });
 }
 
 /** Drops files on the page, as the browser reports a drop. @param {{ name: string, base64: string }[]} files */

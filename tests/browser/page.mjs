@@ -144,6 +144,19 @@ export function statusSays(page, words) {
   );
 }
 
+/** In the page: has Cancel pressed as soon as the status begins with this word, and says so. @param {string} word */
+export function cancelDuring(word) {
+  const status = document.querySelector("#status");
+  const cancel = document.querySelector("#cancel");
+  const observer = new MutationObserver(() => {
+    if (!status?.textContent?.startsWith(word)) return;
+    observer.disconnect();
+    if (cancel instanceof HTMLElement) cancel.click();
+    document.body.dataset.cancelled = word;
+  });
+  if (status) observer.observe(status, { childList: true, characterData: true, subtree: true });
+}
+
 /** Starts a run and waits until it has succeeded. @param {Page} page */
 export async function stitchAgain(page) {
   await page.locator("#run").click();

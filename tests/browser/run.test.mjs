@@ -4,6 +4,7 @@ import { after, test } from "node:test";
 import { encodeGrayPng } from "depthstitch/codecs";
 import {
   assertSame,
+  cancelDuring,
   exampleFile,
   finished,
   idle,
@@ -26,25 +27,10 @@ const { written } = scratchFolder();
 const stages = ["Reading", "Detecting", "Matching", "Fitting", "Computing", "Refining", "Warping"];
 const later = ["Blending", "Measuring", "Filling"];
 
-/** Has Cancel pressed as soon as the status begins with this word. @param {Page} page @param {string} word */
-async function cancelDuring(page, word) {
-  await page.evaluate((word) => {
-    const status = document.querySelector("#status");
-    const cancel = document.querySelector("#cancel");
-    const observer = new MutationObserver(() => {
-      if (!status?.textContent?.startsWith(word)) return;
-      observer.disconnect();
-      if (cancel instanceof HTMLElement) cancel.click();
-      document.body.dataset.cancelled = word;
-    });
-    if (status) observer.observe(status, { childList: true, characterData: true, subtree: true });
-  }, word);
-}
-
 test("cancels in every stage, and runs again to the same bytes, twice", async () => {
   const { page, complaints, close } = await site.open();
   for (const [index, stage] of [...stages, ...later].entries()) {
-    await cancelDuring(page, stage);
+    await page.evaluate(cancelDuring, stage);
     if (index === 0) await page.setInputFiles("#many-files", smallPhotos);
     else await page.locator("#run").click();
     await page.locator(`body[data-cancelled="${stage}"]`).waitFor();
@@ -66,7 +52,7 @@ test("cancels in every stage, and runs again to the same bytes, twice", async ()
 
 test("cancels while photos are loaded, which leaves those that were there", async () => {
   const { page, complaints, close } = await site.open();
-  await cancelDuring(page, "Loading");
+  await page.evaluate(cancelDuring, "Loading");
   await page.setInputFiles("#many-files", smallPhotos);
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   assert.equal(await page.locator("body").getAttribute("data-phase"), "start");
@@ -74,14 +60,14 @@ test("cancels while photos are loaded, which leaves those that were there", asyn
   await finished(page);
   const before = await savedPicture(page);
 
-  await cancelDuring(page, "Loading");
+  await page.evaluate(cancelDuring, "Loading");
   await page.setInputFiles("#reference-file", exampleFile("reference.jpg"));
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   await stitchAgain(page);
   assertSame(await savedPicture(page), before);
 
   // Of a set those that are read are kept, and the others come back.
-  await cancelDuring(page, "Loading");
+  await page.evaluate(cancelDuring, "Loading");
   await page.setInputFiles("#add-files", [exampleFile("target.jpg")]);
   await page.locator("#undo-text", { hasText: "Left out 1 photo" }).waitFor();
   await page.locator("#undo-actions button", { hasText: "Read on" }).click();
