@@ -70,12 +70,10 @@ impl Diagonals {
                 }
             }
             // Only the last panel may be narrower, and nothing is right of it.
-            if !right.is_empty() {
-                for (k, other) in (1..length).zip(right.chunks_exact_mut(stride)) {
-                    // From the other's diagonal downwards: the first three end in zeros.
-                    let from = |j: usize| &panel[j * stride + k + PANEL - 1 - j..][..length - k];
-                    subtract_scaled(&mut other[..length - k], [from(0), from(1), from(2), from(3)]);
-                }
+            for (k, other) in (1..length).zip(right.chunks_exact_mut(stride)) {
+                // From the other's diagonal downwards: the first three end in zeros.
+                let from = |j: usize| &panel[j * stride + k + PANEL - 1 - j..][..length - k];
+                subtract_scaled(&mut other[..length - k], [from(0), from(1), from(2), from(3)]);
             }
             rest = right;
         }

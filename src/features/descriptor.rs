@@ -4,6 +4,7 @@ use wide::{CmpGe, f32x4, i32x4};
 
 use super::approximation::{TURN, angle, bell, cos_sin};
 use super::scale_space::Plane;
+use crate::lanes::load;
 
 /// Cells along a side.
 const CELLS: usize = 4;
@@ -67,10 +68,9 @@ fn accumulate(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, corne
         let mut column = first;
         while column < end {
             let (gx, gy) = plane.gradient(column, row);
-            let bell = across.get(column - left..).and_then(|rest| rest.first_chunk::<4>()).map_or([0.0; 4], |v| *v);
+            let bell = load(&across, column - left);
             let outside = lanes.cmp_ge(f32x4::splat((end - column) as f32));
-            let magnitude =
-                outside.blend(f32x4::splat(0.0), (gx * gx + gy * gy).sqrt() * f32x4::from(bell) * f32x4::splat(weight));
+            let magnitude = outside.blend(f32x4::splat(0.0), (gx * gx + gy * gy).sqrt() * bell * f32x4::splat(weight));
             let dx = f32x4::splat(column as f32 - x) + lanes;
             let u = dx * f32x4::splat(cos) + f32x4::splat(dy * sin) + middle;
             let v = f32x4::splat(dy * cos) - dx * f32x4::splat(sin) + middle;

@@ -11,7 +11,7 @@ use crate::image::{reserve, zeroed};
 pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// The distance of a node that is out of reach.
-const NEVER: u32 = u32::MAX;
+const UNREACHABLE: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 struct Node {
@@ -37,7 +37,7 @@ pub(super) struct Flow {
 
 impl Flow {
     pub fn new(count: usize) -> Result<Self> {
-        let alone = Node { next: [count as u32; 4], rest: [0; 4], terminal: 0, distance: NEVER, open: 0 };
+        let alone = Node { next: [count as u32; 4], rest: [0; 4], terminal: 0, distance: UNREACHABLE, open: 0 };
         let (mut nodes, mut path) = (Vec::new(), Vec::new());
         reserve(&mut nodes, count + 1)?;
         // One more is everybody's missing neighbour: nothing flows to it or from it.
@@ -59,7 +59,7 @@ impl Flow {
 
     /// Whether a node is on the source's side of the cut: what neither side claims is on the sink's.
     pub fn reached(&self, node: usize) -> bool {
-        self.nodes[node].distance != NEVER
+        self.nodes[node].distance != UNREACHABLE
     }
 
     /// Lets as much flow as can.
@@ -82,7 +82,7 @@ impl Flow {
     fn measure(&mut self, side: i32) {
         self.path.clear();
         for (i, node) in (0..).zip(&mut self.nodes) {
-            node.distance = NEVER;
+            node.distance = UNREACHABLE;
             if node.terminal * side > 0 {
                 node.distance = 0;
                 self.path.push(i);
@@ -94,7 +94,7 @@ impl Flow {
             for k in 0..NEIGHBOURS.len() {
                 let node = &mut self.nodes[next[k] as usize];
                 let rest = if side > 0 { rest[k] } else { node.rest[k ^ 1] };
-                if rest > 0 && node.distance == NEVER {
+                if rest > 0 && node.distance == UNREACHABLE {
                     node.distance = distance + 1;
                     self.path.push(next[k]);
                 }
@@ -110,7 +110,7 @@ impl Flow {
         let mut here = start;
         while self.nodes[here].terminal >= 0 {
             let Node { next, rest, distance, open, .. } = &self.nodes[here];
-            if *distance == NEVER && here == start {
+            if *distance == UNREACHABLE && here == start {
                 return false;
             }
             if let (Some(&next), Some(&rest)) = (next.get(*open), rest.get(*open)) {
@@ -121,7 +121,7 @@ impl Flow {
                     self.nodes[here].open += 1;
                 }
             } else {
-                self.retreat(here);
+                self.relabel(here);
                 here = self.path.pop().map_or(start, |back| back as usize);
             }
         }
@@ -139,17 +139,20 @@ impl Flow {
     }
 
     /// Puts a node one step behind the nearest neighbour that it may still send to.
-    fn retreat(&mut self, node: usize) {
+    fn relabel(&mut self, node: usize) {
         let Node { next, rest, distance: before, .. } = self.nodes[node];
         let ahead = next.iter().zip(rest).filter(|(_, rest)| *rest > 0);
-        let nearest = ahead.map(|(&next, _)| self.nodes[next as usize].distance).fold(NEVER, u32::min);
+        let nearest = ahead.map(|(&next, _)| self.nodes[next as usize].distance).fold(UNREACHABLE, u32::min);
         let mut distance = nearest.saturating_add(1);
         match self.counts.get_mut(before as usize) {
             Some(1) => {
                 // Nobody is left where the way of all that are farther away would lead through.
                 self.counts[before as usize..].fill(0);
-                self.nodes.iter_mut().filter(|node| node.distance >= before).for_each(|node| node.distance = NEVER);
-                distance = NEVER;
+                self.nodes
+                    .iter_mut()
+                    .filter(|node| node.distance >= before)
+                    .for_each(|node| node.distance = UNREACHABLE);
+                distance = UNREACHABLE;
             }
             Some(count) => *count -= 1,
             None => {}
@@ -157,7 +160,7 @@ impl Flow {
         if let Some(count) = self.counts.get_mut(distance as usize) {
             *count += 1;
         } else {
-            distance = NEVER;
+            distance = UNREACHABLE;
         }
         (self.nodes[node].distance, self.nodes[node].open) = (distance, 0);
     }
