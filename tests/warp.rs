@@ -331,3 +331,29 @@ fn the_outline_outside_is_clean() {
     assert!(shown(&hard, -80, 100) && !shown(&soft, -80, 100), "the hair");
     assert!(shown(&soft, -60, 0) && shown(&soft, -60, 199), "the corners");
 }
+
+/// What is too small to be shown at the photo's border leaves no void that sticks out; a void between two things stays.
+#[test]
+fn no_void_sticks_out() {
+    const SIDE: usize = 400;
+    let image = picture(SIDE, SIDE);
+    // Depth moves things to the left: a column by 160 pixels, a piece of something nearer at the border by 260.
+    let at = |x: usize, y: usize| match (x, y) {
+        (0..5, 200..212) => 260.0,
+        (40..60, _) => 160.0,
+        _ => 60.0,
+    };
+    let raw: Vec<f32> = (0..SIDE * SIDE).map(|i| at(i % SIDE, i / SIDE)).collect();
+    let depth = InverseDepth::new("depth", &raw, (SIDE, SIDE), DepthKind::Inverse, None, (SIDE, SIDE)).unwrap();
+    let view = View { image: image.view(), depth: Some(&depth) };
+    let model = |x: f64| Model { h: Matrix3::identity(), e: Vector3::new(x, 0.0, 0.0) };
+    let options = WarpOptions { mode: WarpMode::Soft, ..Default::default() };
+    let warped = warp(view, view, &model(-1.0), &model(1.0), &options, &mut ()).unwrap();
+    let void = |x: isize, y: usize| {
+        let x = warped.offset.0.wrapping_add_signed(x);
+        let at = y * warped.image.width() + x;
+        warped.footprint.data()[at] != 0 && warped.image.view().pixel(x, y)[3] == 0
+    };
+    assert!(void(-80, 206), "between the column and what is behind it");
+    assert!(!void(-200, 206), "between the column and the piece");
+}
