@@ -16,7 +16,7 @@ const THINNEST: u32 = 2;
 const PIECE: usize = 20;
 const SPECK: usize = 2000;
 
-/// Drops small pieces and open voids outside the reference, and opens and closes the footprint there by a small disc: what it loses is
+/// Drops small pieces and protruding voids outside the reference, and opens and closes the footprint there by a small disc: what it loses is
 /// no longer shown, what it gains is void.
 pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, reference: &ImageView<'_>) -> Result<()> {
     let (width, cells) = (canvas.width, canvas.width * canvas.height);
@@ -37,7 +37,7 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     drop_small(&mut covered, width, size.0 * size.1 / SPECK, &mut |piece| image.pixels_mut()[piece].fill([0; 4]))?;
     let beyond = covered.iter_mut().zip(footprint.data()).filter(|(covered, _)| **covered != REFERENCE);
     beyond.for_each(|(covered, shown)| *covered = u8::from(*shown != 0));
-    drop_open_voids(&mut covered, width, image)?;
+    drop_protruding_voids(&mut covered, width, image)?;
     drop_small(&mut covered, width, size.0 * size.1 / PIECE, &mut |_| {})?;
     // Where a disc has room, and a margin around it, so that corners are not cut off.
     let mut distances = Vec::new();
@@ -78,20 +78,20 @@ fn open(grid: &mut [u16], width: usize, radius: u16, most: u16) -> Result<()> {
 const REFERENCE: u8 = 2;
 
 /// Uncovers voids that border on nothing more than on what is shown: they stick out of the picture and do not lie in it.
-fn drop_open_voids(covered: &mut [u8], width: usize, image: &Image) -> Result<()> {
+fn drop_protruding_voids(covered: &mut [u8], width: usize, image: &Image) -> Result<()> {
     let mut voids = Vec::new();
     reserve(&mut voids, covered.len())?;
     voids.extend(covered.iter().zip(image.pixels()).map(|(&covered, pixel)| u8::from(covered == 1 && pixel[3] == 0)));
     connected_components(voids, width, usize::MAX, &mut |void| {
-        let (mut open, mut closed) = (0, 0);
+        let (mut outside, mut inside) = (0, 0);
         for at in void.iter().cloned().flatten().flat_map(|at| neighbours(at, width)) {
             match covered.get(at) {
-                None | Some(0) => open += 1,
+                None | Some(0) => outside += 1,
                 Some(1) if image.pixels()[at][3] == 0 => {}
-                Some(_) => closed += 1,
+                Some(_) => inside += 1,
             }
         }
-        if open > closed {
+        if outside > inside {
             void.iter().for_each(|span| covered[span.clone()].fill(0));
         }
     })
