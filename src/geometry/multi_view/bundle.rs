@@ -13,12 +13,19 @@ use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 /// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as one standard deviation: only
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
+/// The standard deviation of the distance between two cameras that share landmarks with no third, in median depths: a wide baseline explains
+/// the narrow strip that both see about as well as a short one does.
+const BASELINE_PRIOR: f64 = 0.1;
+/// Fewer landmarks say little.
+const ENOUGH: usize = 8;
 /// The standard deviation of the coefficient of distortion, about 0.
 const DISTORTION_PRIOR: f64 = 0.15;
 /// The standard deviation of the logarithm of a photo's share of the focal length where it is unknown, about that of its first estimate.
 const SHARE_PRIOR: f64 = 0.1;
 /// Where least squares stop: when a step reduces the cost by less than this fraction.
 const TOLERANCE: f64 = 1e-6;
+/// Iterations of Newton's method for the scale.
+const NEWTON: usize = 6;
 
 /// What may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +66,10 @@ impl LeastSquares for Reprojection {
         for landmark in &scene.landmarks {
             equations.add_landmark(scene, &self.unknowns, &motions, landmark);
         }
+        if self.unknowns.freedom.positions {
+            let baselines = baselines(scene, &motions);
+            baselines.for_each(|(photos, motion)| equations.add_baseline(scene, &self.unknowns, photos, motion));
+        }
         let (common, [mean, deviation]) = (&mut equations.common, self.focal);
         common.add_prior(0, libm::log(scene.focal) - mean, deviation);
         if self.unknowns.freedom.distortion {
@@ -94,14 +105,46 @@ impl LeastSquares for Reprojection {
             landmark.depth += step;
         }
         if self.unknowns.freedom.positions {
-            // Only the prior of depth determines the scale, and steps are straight where that leads along a curve: it would take dozens
-            // of them. The best scale is known.
-            let depths = moved.landmarks.iter().map(|landmark| landmark.depth);
-            let (sum, squares) = depths.fold((0.0, 0.0), |(sum, squares), d| (sum + d, squares + d * d));
-            moved.scale(squares / sum);
+            moved.scale(best_scale(&moved));
         }
         moved
     }
+}
+
+/// The scale at which a scene costs least. Only the priors of depth and baselines determine it, and steps are straight where that leads along
+/// a curve: it would take dozens of them.
+fn best_scale(scene: &Scene) -> f64 {
+    let depths = scene.landmarks.iter().map(|landmark| landmark.depth);
+    let (sum, squares) = depths.fold((0.0, 0.0), |(sum, squares), d| (sum + d, squares + d * d));
+    let baselines: f64 = baselines(scene, &Motions::of(scene)).map(|(_, (_, t))| t.norm_squared()).sum();
+    let baselines = baselines * (DEPTH_PRIOR / BASELINE_PRIOR) * (DEPTH_PRIOR / BASELINE_PRIOR);
+    // Newton's method on the slope of the cost by the inverse of the scale, from the side where it converges.
+    let mut inverse = sum / squares;
+    for _ in 0..NEWTON {
+        let cube = baselines / (inverse * inverse * inverse);
+        inverse -= (inverse * squares - sum - cube) / (squares + 3.0 * cube / inverse);
+    }
+    1.0 / inverse
+}
+
+/// The motions between cameras that share enough landmarks, but hardly any with a third.
+fn baselines<'a>(scene: &Scene, motions: &'a Motions) -> impl Iterator<Item = ([usize; 2], &'a Motion)> {
+    let count = motions.cameras;
+    // That no third camera sees, and that one does.
+    let mut shared = vec![[0; 2]; count * count];
+    for landmark in &scene.landmarks {
+        let photos = || std::iter::once(&landmark.anchor).chain(&landmark.seen).map(|o| o.photo);
+        for (i, from) in photos().enumerate() {
+            for to in photos().skip(i + 1) {
+                shared[from * count + to][usize::from(landmark.seen.len() > 1)] += 1;
+            }
+        }
+    }
+    let open = move |at: usize| {
+        let [by_two, by_more] = shared[at];
+        (by_two >= ENOUGH && by_more < ENOUGH).then_some([at / count, at % count])
+    };
+    (0..count * count).filter_map(open).filter_map(|pair| Some((pair, motions.between(pair)?)))
 }
 
 /// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
@@ -132,10 +175,13 @@ impl Unknowns {
     }
 }
 
-/// R and t from each camera to each other.
+/// R and t.
+type Motion = (Matrix3<f64>, Vector3<f64>);
+
+/// Those from each camera to each other.
 struct Motions {
     cameras: usize,
-    motions: Vec<Option<(Matrix3<f64>, Vector3<f64>)>>,
+    motions: Vec<Option<Motion>>,
 }
 
 impl Motions {
@@ -145,7 +191,7 @@ impl Motions {
         Self { cameras: cameras.len(), motions: cameras.iter().flat_map(|camera| -> Vec<_> { from(camera) }).collect() }
     }
 
-    fn between(&self, [from, to]: [usize; 2]) -> Option<&(Matrix3<f64>, Vector3<f64>)> {
+    fn between(&self, [from, to]: [usize; 2]) -> Option<&Motion> {
         self.motions[from * self.cameras + to].as_ref()
     }
 }
@@ -201,6 +247,20 @@ impl SceneEquations {
         }
         self.depths.push(depth);
     }
+
+    fn add_baseline(&mut self, scene: &Scene, unknowns: &Unknowns, photos: [usize; 2], (rotation, t): &Motion) {
+        let [Some(from), Some(to)] = photos.map(|photo| scene.cameras[photo]) else { return };
+        let weight = 1.0 / (BASELINE_PRIOR * BASELINE_PRIOR);
+        self.common.cost += 0.5 * weight * t.norm_squared();
+        for axes in [[Vector3::x(), Vector3::y()], [Vector3::z(), Vector3::zeros()]] {
+            let mut row = Row::new(axes.map(|axis| axis.dot(t)), [0.0; 2]);
+            let [of_from, of_to] = [axes.map(|axis| rotation.tr_mul(&axis)), axes];
+            let v = t - to.translation;
+            row.put_pose(unknowns, photos[0], of_from.map(|a| from.translation.cross(&a)), of_from.map(|a| -a));
+            row.put_pose(unknowns, photos[1], of_to.map(|a| v.cross(&a)), of_to);
+            self.common.add_residual(&row.slopes[..row.count], row.error, weight);
+        }
+    }
 }
 
 impl Linearised for SceneEquations {
@@ -252,6 +312,10 @@ struct Row {
 }
 
 impl Row {
+    fn new(error: [f64; 2], depth: [f64; 2]) -> Self {
+        Self { error, slopes: [(0, [0.0; 2]); 16], count: 0, shared: 0, depth }
+    }
+
     fn of(scene: &Scene, unknowns: &Unknowns, motions: &Motions, landmark: &Landmark, o: &Observation) -> Option<Self> {
         let photos = [landmark.anchor.photo, o.photo];
         let (rotation, t) = motions.between(photos)?;
@@ -265,7 +329,7 @@ impl Row {
         let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
         let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
         let depth = slopes.map(|slope| slope.dot(t));
-        let mut row = Self { error: seen.error, slopes: [(0, [0.0; 2]); 16], count: 0, shared: 0, depth };
+        let mut row = Self::new(seen.error, depth);
         // A longer lens enlarges this photo, and straightens the rays of the other.
         let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
         let enlarged = [scale * p[0], scale * p[1]];
@@ -349,17 +413,36 @@ mod tests {
         scene
     }
 
+    /// The same with landmarks that two cameras see, and no third.
+    fn scene_of_pairs() -> Scene {
+        let mut scene = scene();
+        let pairs = scene.landmarks.iter().flat_map(|landmark| {
+            landmark.seen.iter().map(|o| Landmark { seen: vec![*o], ..landmark.clone() }).collect::<Vec<_>>()
+        });
+        let pairs: Vec<Landmark> = pairs.collect();
+        scene.landmarks = [&pairs[..], &pairs[..]].concat();
+        assert_eq!(baselines(&scene, &Motions::of(&scene)).count(), 3);
+        scene
+    }
+
     #[test]
     fn gradients_are_those_of_the_cost_and_steps_leave_the_best_scale() {
-        for (positions, distortion) in [(false, false), (true, false), (false, true), (true, true)] {
-            let freedom = Freedom { positions, distortion };
-            let start = scene();
-            let problem = Reprojection { unknowns: Unknowns::of(&start, 0, freedom), focal: [-0.35, 0.35] };
-            let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; 9] };
-            let start = problem.moved(&start, &none());
+        let freedoms = [(false, false), (true, false), (false, true), (true, true)];
+        for (start, (positions, distortion)) in
+            [scene(), scene_of_pairs()].iter().flat_map(|s| freedoms.map(|f| (s, f)))
+        {
+            let (freedom, landmarks) = (Freedom { positions, distortion }, start.landmarks.len());
+            let problem = Reprojection { unknowns: Unknowns::of(start, 0, freedom), focal: [-0.35, 0.35] };
+            let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; landmarks] };
+            let start = problem.moved(start, &none());
             if positions {
-                let off: f64 = start.landmarks.iter().map(|l| l.depth * (l.depth - 1.0)).sum();
-                assert!(off.abs() < 1e-9, "{off}");
+                let cost = |scale: f64| {
+                    let mut scaled = start.clone();
+                    scaled.scale(scale);
+                    problem.normal_equations(&scaled).cost()
+                };
+                let off = (cost(1.0 + 1e-5) - cost(1.0 - 1e-5)) / 2e-5;
+                assert!(off.abs() < 1e-6, "{off}");
             }
             let equations = problem.normal_equations(&start);
             let slope = |set: &dyn Fn(&mut Step, f64)| {
@@ -372,8 +455,8 @@ mod tests {
             };
             let common = (0..problem.unknowns.count)
                 .map(|i| (equations.common.gradient[i], slope(&|step: &mut Step, by| step.common[i] = by)));
-            let depths =
-                (0..9).map(|i| (equations.depths[i].gradient, slope(&|step: &mut Step, by| step.depths[i] = by)));
+            let depths = (0..landmarks)
+                .map(|i| (equations.depths[i].gradient, slope(&|step: &mut Step, by| step.depths[i] = by)));
             for (i, (gradient, slope)) in common.chain(depths).enumerate() {
                 assert!((gradient - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{freedom:?} {i}: {gradient} {slope}");
             }
