@@ -6,7 +6,7 @@
 import * as check from "./check.js";
 import { instance } from "./instance.js";
 import { compiler } from "./load.js";
-import type { ImageInput, ImageOutput, WasmSource } from "./types.js";
+import type { ImageInput, ImageOutput, Size, WasmSource } from "./types.js";
 import * as glue from "./wasm/codecs.js";
 
 export { StitchError, type ErrorCode, type ErrorStage } from "./errors.js";
@@ -93,6 +93,18 @@ export async function readMetadata(
   const { file, most } = checked(bytes, maxPixels);
   await init();
   return codecs.call((raw) => raw.readMetadata(file, most));
+}
+
+/**
+ * The focal length in pixels of a photo that has this size now, upright or not, from its EXIF data: from the 35 mm equivalent, or from the focal
+ * length and the resolution of the sensor. Null if neither is there, and if the photo has been cropped to another shape since.
+ *
+ * @throws {StitchError} `out-of-memory`, `invalid-argument`.
+ */
+export async function readFocalLength(exif: Uint8Array, size: Size): Promise<number | null> {
+  const [data, now] = check.read(() => [check.bytes("exif", exif), check.size("size", size)]);
+  await init();
+  return codecs.call((raw) => raw.readFocalLength(data, now));
 }
 
 /**

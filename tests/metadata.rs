@@ -2,7 +2,9 @@
 #![cfg(feature = "codecs")]
 #![allow(clippy::unwrap_used)]
 
-use depthstitch::codecs::{Metadata, convert_colours, decode_image, encode_jpeg, encode_png, read_metadata};
+use depthstitch::codecs::{
+    Metadata, convert_colours, decode_image, encode_jpeg, encode_png, focal_length, read_metadata,
+};
 use depthstitch::{Error, Image};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -143,6 +145,52 @@ fn damaged_camera_data_are_left_out() {
     }
     let file = encode_jpeg(picture().view(), 90, &Metadata { colour_profile: None, exif: Some(vec![7; 40]) }).unwrap();
     assert_eq!(read_metadata(&file, NO_LIMIT).unwrap().exif, None);
+}
+
+/// What a camera says of its lens: tag, type, and value, of which a fraction has two numbers.
+fn lens(big_endian: bool, entries: &[(u16, u16, [u32; 2])]) -> Vec<u8> {
+    let mut w = Writer { bytes: if big_endian { b"MM".to_vec() } else { b"II".to_vec() }, big_endian };
+    let fractions = 26 + 2 + 12 * entries.len() as u32 + 4;
+    w.short(42);
+    w.long(8);
+    w.short(1);
+    w.entry(0x8769, 4, 1, 26);
+    w.long(0);
+    w.short(entries.len() as u16);
+    for (i, (tag, kind, [value, _])) in entries.iter().enumerate() {
+        w.entry(*tag, *kind, 1, if *kind == 5 { fractions + 8 * i as u32 } else { *value });
+    }
+    w.long(0);
+    for number in entries.iter().flat_map(|(.., value)| value) {
+        w.long(*number);
+    }
+    w.bytes
+}
+
+#[test]
+fn the_focal_length_is_read() {
+    let equivalent = (0xa405, 3, [28, 0]);
+    let sides = [(0xa002, 4, [4000, 0]), (0xa003, 3, [3000, 0])];
+    // 6.2 mm at 5000 pixels to the inch.
+    let sensor = [(0x920a, 5, [62, 10]), (0xa20e, 5, [50_000, 10])];
+    for big_endian in [false, true] {
+        let found = |entries: &[_], size| focal_length(&lens(big_endian, entries), size);
+        let near = |found: Option<f64>, expected: f64| assert!((found.unwrap() - expected).abs() < 0.1, "{found:?}");
+        // 28 mm of the 43.27 mm that the diagonal of 35 mm film has, of 1000 and of 5000 pixels.
+        near(found(&[equivalent], (800, 600)), 647.1);
+        near(found(&[equivalent, sides[0], sides[1]], (3000, 4000)), 3235.5);
+        near(found(&[sensor[0], sides[0], sides[1], sensor[1]], (800, 600)), 244.1);
+        near(found(&[sensor[0], sides[0], sides[1], sensor[1], (0xa210, 3, [3, 0])], (4000, 3000)), 3100.0);
+        // Cropped to another shape, nothing to go by, and nonsense.
+        assert_eq!(found(&[equivalent, sides[0], sides[1]], (800, 450)), None);
+        assert_eq!(found(&[sensor[0], sensor[1]], (800, 600)), None);
+        assert_eq!(found(&sides, (800, 600)), None);
+        assert_eq!(found(&[(0xa405, 3, [0, 0])], (800, 600)), None);
+        assert_eq!(found(&[(0xa405, 3, [60_000, 0])], (800, 600)), None);
+        assert_eq!(found(&[(0x920a, 5, [62, 0]), sides[0], sides[1], sensor[1]], (800, 600)), None);
+        let whole = lens(big_endian, &[equivalent]);
+        (0..whole.len() - 14).for_each(|end| assert_eq!(focal_length(&whole[..end], (800, 600)), None));
+    }
 }
 
 #[test]

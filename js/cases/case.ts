@@ -3,6 +3,7 @@ import { join, normalize, basename } from "node:path";
 import {
   decodeDepth,
   decodeImage,
+  readFocalLength,
   readMetadata,
   type DepthMap,
   type PhotoMetadata,
@@ -37,6 +38,8 @@ export interface Pair {
   readonly reference: ImageOutput;
   /** What the files say of target and reference besides their pixels. */
   readonly metadata: readonly [PhotoMetadata, PhotoMetadata];
+  /** That of the target in pixels, by its EXIF data; null where they do not tell. */
+  readonly focalLength: number | null;
   readonly matches: Float32Array | undefined;
   /** Scaled values, NaN where unknown. Models refer to depth in this unit. */
   readonly targetDepth: DepthInput | undefined;
@@ -66,10 +69,11 @@ export interface Decoder {
 
 /** On the calling thread. */
 export const decoder: Decoder = {
-  photo: async (bytes) => ({
-    image: await decodeImage(bytes),
-    metadata: await readMetadata(bytes),
-  }),
+  photo: async (bytes) => {
+    const [image, metadata] = [await decodeImage(bytes), await readMetadata(bytes)];
+    const focalLength = metadata.exif && (await readFocalLength(metadata.exif, image));
+    return { image, metadata, focalLength };
+  },
   depth: decodeDepth,
 };
 
@@ -95,6 +99,7 @@ export async function loadPair(
     target: target.image,
     reference: reference.image,
     metadata: [target.metadata, reference.metadata],
+    focalLength: target.focalLength,
     matches,
     targetDepth,
     referenceDepth,
@@ -126,6 +131,8 @@ export async function loadCase(folder: string): Promise<Case> {
 export interface Photo {
   readonly image: ImageOutput;
   readonly metadata: PhotoMetadata;
+  /** In pixels, by its EXIF data; null where they do not tell. */
+  readonly focalLength: number | null;
 }
 
 /** Reads and decodes a photo. */

@@ -18,7 +18,7 @@ export interface MatchedColours {
  */
 export async function matchColours(
   files: readonly string[],
-  photos: readonly Photo[],
+  photos: readonly Pick<Photo, "image" | "metadata">[],
   reference: number,
 ): Promise<MatchedColours> {
   const colourProfile = photos[reference]?.metadata.colourProfile ?? null;

@@ -35,7 +35,8 @@ export async function stitchManyFiles(
   const colours = await matchColours(photos, decoded, reference ?? 0);
   const images = colours.images.map((image, i) => {
     const map = depths[i];
-    return { ...image, ...known?.cameras[i], ...(map && { depth: map }) };
+    const focalLength = settings.focalLength === undefined ? decoded[i]?.focalLength : null;
+    return { ...image, focalLength, ...known?.cameras[i], ...(map && { depth: map }) };
   });
   const sizes = images.map(({ width, height }) => ({ width, height }));
   const call = { onProgress: line.show, workers: command.workers };

@@ -85,6 +85,7 @@ export const geometry = {
     unit: "px",
     default: 0,
     label: "Focal length",
-    description: "Focal length of the target; 0 if unknown.",
+    description:
+      "Focal length of the target; 0 if unknown. By default the command line and the page take it from EXIF data.",
   },
 } as const satisfies Readonly<Record<string, OptionSpec>>;

@@ -1,4 +1,7 @@
-//! The EXIF data of a photo, made to fit a picture that was made of it: a TIFF file without an image (CIPA DC-008, section 4.6).
+//! The EXIF data of a photo, a TIFF file without an image (CIPA DC-008, section 4.6): what they say of its lens, and made to fit a picture
+//! that was made of it.
+
+use crate::rect::diagonal;
 
 /// Tags whose values are rewritten, and those that lead to other directories.
 const IMAGE_WIDTH: u16 = 0x0100;
@@ -10,13 +13,56 @@ const PIXEL_X_DIMENSION: u16 = 0xa002;
 const PIXEL_Y_DIMENSION: u16 = 0xa003;
 const INTEROPERABILITY: u16 = 0xa005;
 
+/// Tags of the lens and the sensor.
+const FOCAL_LENGTH: u16 = 0x920a;
+const FOCAL_PLANE_X_RESOLUTION: u16 = 0xa20e;
+const FOCAL_PLANE_RESOLUTION_UNIT: u16 = 0xa210;
+const FOCAL_LENGTH_IN_35MM_FILM: u16 = 0xa405;
+/// The diagonal of 35 mm film in millimetres.
+const DIAGONAL_OF_35MM_FILM: f64 = 43.27;
+/// A photo whose sides have another ratio than they had, by more than this, has been cropped.
+const CROPPED: f64 = 0.02;
+/// Focal lengths of photos, in their diagonals: from that of a fisheye to that of a telescope.
+const PLAUSIBLE: std::ops::Range<f64> = 0.1..50.0;
+
 /// Bytes of a value of each type, by its number.
 const SIZES: [u64; 13] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8];
 /// The types of whole numbers of 16 and of 32 bit.
 const SHORT: u16 = 3;
 const LONG: u16 = 4;
+const RATIONAL: u16 = 5;
 /// Bytes of an entry of a directory.
 const ENTRY: usize = 12;
+
+/// The focal length in pixels of a photo that has this size now, upright or not; `None` where the data do not say, or say it of a photo of
+/// another shape: then it has been cropped.
+///
+/// By the 35 mm equivalent, or by the focal length and the pixels of the sensor.
+pub fn focal_length(exif: &[u8], (width, height): (usize, usize)) -> Option<f64> {
+    let tiff = Tiff::new(exif)?;
+    let directory = tiff.long(tiff.entry(tiff.long(4)? as usize, EXIF)? + 8)? as usize;
+    let number = |tag| tiff.number(tiff.entry(directory, tag)?).filter(|value| *value > 0.0);
+    let taken = number(PIXEL_X_DIMENSION).zip(number(PIXEL_Y_DIMENSION));
+    if let Some((x, y)) = taken {
+        let ratio = |a: f64, b: f64| a.max(b) / a.min(b);
+        if (ratio(x, y) / ratio(width as f64, height as f64) - 1.0).abs() > CROPPED {
+            return None;
+        }
+    }
+    let found = match number(FOCAL_LENGTH_IN_35MM_FILM) {
+        Some(equivalent) => equivalent / DIAGONAL_OF_35MM_FILM,
+        None => {
+            let millimetres = match number(FOCAL_PLANE_RESOLUTION_UNIT) {
+                None | Some(2.0) => 25.4,
+                Some(3.0) => 10.0,
+                Some(_) => return None,
+            };
+            let (x, y) = taken?;
+            number(FOCAL_LENGTH)? * number(FOCAL_PLANE_X_RESOLUTION)? / millimetres / diagonal((x as usize, y as usize))
+        }
+    };
+    PLAUSIBLE.contains(&found).then(|| found * diagonal((width, height)))
+}
 
 /// The data for an upright picture of this size, without a thumbnail; `None` of damaged data.
 pub(super) fn adapted(exif: &[u8], (width, height): (u32, u32)) -> Option<Vec<u8>> {
@@ -75,6 +121,25 @@ impl Tiff {
     fn long(&self, at: usize) -> Option<u32> {
         let bytes = *self.bytes.get(at..)?.first_chunk()?;
         Some(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    }
+
+    /// Where a directory's entry of this tag is.
+    fn entry(&self, directory: usize, tag: u16) -> Option<usize> {
+        let count = usize::from(self.short(directory)?);
+        (0..count).map(|i| directory + 2 + i * ENTRY).find(|at| self.short(*at) == Some(tag))
+    }
+
+    /// The value of the entry at `at`, if that is a number.
+    fn number(&self, at: usize) -> Option<f64> {
+        match self.short(at + 2)? {
+            SHORT => self.short(at + 8).map(f64::from),
+            LONG => self.long(at + 8).map(f64::from),
+            RATIONAL => {
+                let value = self.long(at + 8)? as usize;
+                Some(f64::from(self.long(value)?) / f64::from(self.long(value.checked_add(4)?)?))
+            }
+            _ => None,
+        }
     }
 
     fn write(&mut self, at: usize, bytes: &[u8]) -> Option<()> {

@@ -17,6 +17,7 @@ use crate::image::{check_len, reserve, zeroed};
 use crate::luma::rec709;
 use crate::{Error, Image, ImageView, Result};
 pub use colour::convert_colours;
+pub use exif::focal_length;
 use metadata::attach;
 pub use metadata::{Metadata, read_metadata};
 

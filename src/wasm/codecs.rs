@@ -3,7 +3,9 @@
 use js_sys::{Object, Uint8Array, Uint16Array};
 use wasm_bindgen::prelude::*;
 
-use super::convert::{bytes_from_js, image_from_js, image_to_js, invalid, mask_from_js, put, sized, to_js_error};
+use super::convert::{
+    bytes_from_js, image_from_js, image_to_js, invalid, mask_from_js, put, size_from_js, sized, to_js_error,
+};
 use crate::codecs::{self, Metadata, Samples};
 use crate::{Image, ImageView, Result, Stage};
 
@@ -54,6 +56,18 @@ pub fn read_metadata(
             put(&result, name, data.map_or(JsValue::NULL, |data| Uint8Array::from(data.as_slice()).into()));
         }
         Ok(result)
+    })
+}
+
+/// The focal length in pixels that EXIF data tell of a photo that has this size now; null where they do not.
+#[wasm_bindgen(js_name = readFocalLength, unchecked_return_type = "number | null")]
+pub fn read_focal_length(
+    #[wasm_bindgen(unchecked_param_type = "Uint8Array")] exif: &JsValue,
+    #[wasm_bindgen(unchecked_param_type = "{ readonly width: number; readonly height: number }")] size: &JsValue,
+) -> std::result::Result<JsValue, JsValue> {
+    raise(|| {
+        let exif = bytes_from_js("exif", exif)?;
+        Ok(codecs::focal_length(&exif, size_from_js("size", size)?).map_or(JsValue::NULL, JsValue::from))
     })
 }
 

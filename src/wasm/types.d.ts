@@ -140,7 +140,8 @@ export interface Options {
    */
   calibration: "auto" | "always" | "off";
   /**
-   * Focal length of the target; 0 if unknown. Unit: px. Range: a number of at least 0. Default: 0.
+   * Focal length of the target; 0 if unknown. By default the command line and the page take it from
+   * EXIF data. Unit: px. Range: a number of at least 0. Default: 0.
    */
   focalLength: number;
   /**
@@ -444,7 +445,7 @@ export interface StitchResult extends Warped, Mosaic, Geometry {
 
 /** A photo of `stitchMany`. */
 export interface PhotoInput extends ImageInput {
-  /** Focal length in pixels, if known to about two per cent; by default it is estimated, one for all photos. */
+  /** Focal length in pixels, if known to about five per cent; by default it is estimated, one for all photos. */
   readonly focalLength?: number | null | undefined;
   /**
    * Where it was taken, as results say it, if known: then that of every photo has to be, with `focalLength`, and all stay as they are.

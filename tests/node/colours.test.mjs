@@ -1,4 +1,4 @@
-// Colour profiles and camera data, from file to file.
+// Colour profiles and camera data, from file to file, and what camera data say of the lens.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
@@ -11,6 +11,7 @@ import {
   decodeImage,
   encodeJpeg,
   encodePng,
+  readFocalLength,
   readMetadata,
 } from "depthstitch/codecs";
 import { matchColours } from "../../dist/cli/colours.js";
@@ -184,4 +185,50 @@ test("many photos are shown in the colours of the first, or of the reference tha
   const found = await read();
   assert.equal(found.colourProfile, null);
   assert.equal(found.exif?.[18], 1);
+});
+
+/**
+ * EXIF of one entry in a directory of its own: the 35 mm equivalent of the focal length.
+ *
+ * @param {number} equivalent
+ */
+function lens(equivalent) {
+  const directories = ["01006987040001000000" + "1a000000" + "00000000", "010005a4030001000000"];
+  const bytes = Buffer.from(
+    ["49492a0008000000", ...directories, "0000000000000000"].join(""),
+    "hex",
+  );
+  bytes.writeUInt16LE(equivalent, 36);
+  return Uint8Array.from(bytes);
+}
+
+test("the command line uses the focal length in the camera data, unless it is given", async () => {
+  const { target, reference } = await sample();
+  const { width, height } = target;
+  const expected = (30 / 43.27) * Math.hypot(width, height);
+  const found = (await readFocalLength(lens(30), target)) ?? NaN;
+  assert.ok(Math.abs(found - expected) < 1e-9 * expected, `${found}`);
+  assert.equal(await readFocalLength(EXIF, target), null);
+  const error = await rejection(readFocalLength(EXIF, /** @type {any} */ ({ width, height: -1 })));
+  assert.equal(error.code, "invalid-argument");
+
+  await writeFile(join(folder, "t.png"), await encodePng(target, { exif: lens(30) }));
+  await writeFile(join(folder, "u.png"), await encodePng(target, { exif: lens(60) }));
+  await writeFile(join(folder, "r.png"), await encodePng(reference));
+  const stitched = async (/** @type {string[]} */ ...args) => {
+    run(...args, "-o", "tr.png", "--report", "tr.json", "-q");
+    return JSON.parse(await readFile(join(folder, "tr.json"), "utf8"));
+  };
+  assert.equal((await stitched("t.png", "r.png")).options.focalLength, found);
+  assert.equal((await stitched("r.png", "t.png")).options.focalLength, 0);
+  const given = ["--focal-length", "700"];
+  assert.equal((await stitched("t.png", "r.png", ...given)).options.focalLength, 700);
+  // The photos of this set leave it open, but for what is said.
+  const near = async (/** @type {number} */ wanted, /** @type {string[]} */ ...args) => {
+    const { focalLength } = (await stitched(...args)).photos[0];
+    assert.ok(Math.abs(focalLength / wanted - 1) < 0.03, `${focalLength}, not ${wanted}`);
+  };
+  await near(found, "t.png", "r.png", "t.png");
+  await near(2 * found, "u.png", "r.png", "u.png");
+  await near(700, "u.png", "r.png", "u.png", ...given);
 });

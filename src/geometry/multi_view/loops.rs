@@ -8,11 +8,13 @@ use nalgebra::Matrix3;
 
 use super::relative_pose::{RelativePose, turn};
 use super::rotations::{are_wide, average, contradiction};
-use super::self_calibration::{Focal, KNOWN_FOCAL};
+use super::self_calibration::Focal;
 use super::{Lens, PairLink};
 
 /// A pair whose rotation contradicts those of the others by more than this is a wrong one, in radians.
 const CONTRADICTION: f64 = 0.12;
+/// The standard deviation of ln f for a focal length that closes loops.
+const CLOSING_FOCAL: f64 = 0.02;
 /// Focal lengths that are tried: up to so many steps of this ratio from that of the pairs, each of which turns a full turn by half a
 /// contradiction.
 const STEPS: i32 = 35;
@@ -66,7 +68,7 @@ pub(super) fn close_loops(
     let mut best: Option<(Focal, Rotations)> = None;
     for step in -STEPS..=STEPS {
         let value = focal.value * libm::pow(RATIO, f64::from(step));
-        let focal = Focal { value, prior: [libm::log(value), KNOWN_FOCAL], ..focal.clone() };
+        let focal = Focal { value, prior: [libm::log(value), CLOSING_FOCAL], ..focal.clone() };
         let turned = |link: &PairLink| turn(link, lenses, focal.of(link.photos));
         let found = Rotations::of(links.iter().map(turned).collect(), lenses.len(), root);
         let rank = |rotations: &Rotations| (rotations.contradicting.len(), rotations.disagreement);

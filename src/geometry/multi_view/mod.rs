@@ -41,7 +41,7 @@ use crate::rect::diagonal;
 pub struct Lens {
     /// Width and height in pixels.
     pub size: (usize, usize),
-    /// Focal length in pixels, if known to about two per cent.
+    /// Focal length in pixels, if known to about five per cent.
     pub focal: Option<f64>,
 }
 

@@ -14,8 +14,9 @@ use crate::rect::diagonal;
 /// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
 /// camera.
 const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
-/// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded.
-pub(super) const KNOWN_FOCAL: f64 = 0.02;
+/// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded, and some refer to the width of 35 mm
+/// film.
+const KNOWN_FOCAL: f64 = 0.05;
 /// Shortest and longest focal length that is tried, in diagonals, and how many.
 const RANGE: [f64; 2] = [0.3, 3.0];
 const STEPS: u32 = 60;

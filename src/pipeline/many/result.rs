@@ -12,7 +12,7 @@ use crate::{Image, ImageView, InverseDepth, Mask, Stage, View};
 pub struct Photo<'a> {
     /// The photo.
     pub image: ImageView<'a>,
-    /// Its focal length in pixels, if known to about two per cent.
+    /// Its focal length in pixels, if known to about five per cent.
     pub focal: Option<f64>,
     /// Its camera, if known: then that of every photo has to be, with the focal length, and all stay as they are. The principal point
     /// is the middle of the photo.

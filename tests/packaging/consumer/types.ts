@@ -150,6 +150,9 @@ export async function everyCodec(file: Uint8Array): Promise<codecs.DepthMap> {
   const files = [codecs.encodePng(input), codecs.encodeJpeg(input, 80), codecs.encodeGrayPng(gray)];
   await Promise.all(files satisfies Promise<Uint8Array>[]);
   const metadata: codecs.PhotoMetadata = await codecs.readMetadata(file);
+  const focalLength: number | null =
+    metadata.exif && (await codecs.readFocalLength(metadata.exif, size));
+  void focalLength;
   await codecs.encodePng(
     await codecs.convertColours(input, metadata.colourProfile, null),
     metadata,
@@ -242,6 +245,7 @@ type UsedCodecs =
   | "encodeJpeg"
   | "encodePng"
   | "init"
+  | "readFocalLength"
   | "readMetadata";
 type UsedDepth = "StitchError" | "estimateDepth" | "loadDepthModel" | "loadOnnxDepth";
 type UsedCases = "FileError" | "parseCase" | "parseMatches" | "parseNpy";

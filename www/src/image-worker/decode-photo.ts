@@ -1,4 +1,4 @@
-import type { Photo, Rgba } from "./contents.js";
+import type { Photo, Rgba, Size } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
 import { colourSpaceOf } from "./colour-space.js";
 import { hold } from "./held.js";
@@ -9,7 +9,9 @@ import { isTruncated } from "./truncated.js";
 export const maxPixels = 120_000_000;
 /** Twice the width of the widest card, for high-density screens. */
 const previewSide = 640;
-/** EXIF's FocalLengthIn35mmFilm. */
+/** Tags of EXIF. */
+const pixelXDimension = 0xa002;
+const pixelYDimension = 0xa003;
 const focalLengthIn35mm = 0xa405;
 
 /**
@@ -59,7 +61,7 @@ export async function decodePhoto(
       colourSpace,
       turns,
       original: turns % 2 === 1 ? { width: height, height: width } : { width, height },
-      focalLength35: header.format === "jpeg" ? await readFocalLength(head) : null,
+      focalLength35: header.format === "jpeg" ? await readFocalLength(head, image) : null,
       preview: preview.transferToImageBitmap(),
       fingerprint: fingerprint(image),
     };
@@ -128,14 +130,30 @@ function checkSize(name: string, width: number, height: number): void {
   );
 }
 
-/** The EXIF reader is loaded with the first JPEG. Missing or damaged EXIF data is not an error. */
-async function readFocalLength(head: ArrayBuffer): Promise<number | null> {
+/**
+ * The 35 mm equivalent of a photo that was not cropped to another shape. The EXIF reader is loaded with the first JPEG. Missing or damaged EXIF data
+ * is not an error.
+ */
+async function readFocalLength(head: ArrayBuffer, now: Size): Promise<number | null> {
   try {
     const { parse } = await import("exifr/dist/mini.esm.mjs");
-    const tags = await parse(head, { tiff: true, exif: [focalLengthIn35mm], translateKeys: false });
-    const value = tags?.[focalLengthIn35mm];
+    const exif = [pixelXDimension, pixelYDimension, focalLengthIn35mm];
+    const tags = await parse(head, { tiff: true, exif, translateKeys: false });
+    const [width, height, value] = exif.map((tag) => tags?.[tag]);
+    if (
+      typeof width === "number" &&
+      typeof height === "number" &&
+      isCropped({ width, height }, now)
+    )
+      return null;
     return typeof value === "number" && value > 4 && value < 2000 ? value : null;
   } catch {
     return null;
   }
+}
+
+/** Whether the sides have another ratio than they had. Some cameras leave the sides out, as 0. */
+function isCropped(taken: Size, now: Size): boolean {
+  const ratio = ({ width, height }: Size) => Math.max(width, height) / Math.min(width, height);
+  return Math.abs(ratio(taken) / ratio(now) - 1) > 0.02;
 }

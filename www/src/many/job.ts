@@ -1,6 +1,7 @@
 import { stitchMany, type CallOptions, type Options } from "depthstitch";
 import { taken } from "../image-worker/client.js";
-import { identityOf } from "../run/job.js";
+import type { Photo } from "../image-worker/contents.js";
+import { focalLengthOf, identityOf } from "../run/job.js";
 import { kept, remembered } from "../run/results.js";
 import type { Message, State } from "../state.js";
 import { isReading, usablePhotos, type SetPhoto } from "./photo-set.js";
@@ -44,8 +45,12 @@ export function manyResultOf({ photos, reference, options }: ManyJob, call: Call
       .sort(),
   ].join(" ");
   return remembered(key, async () => {
-    // The focal length is estimated from all of them: that in EXIF data is often not that of the picture any more.
-    const inputs = await Promise.all(contents.map(({ pixels }) => taken(pixels)));
+    const isGiven = options.focalLength !== undefined;
+    const input = async (photo: Photo) => {
+      const { data, width, height } = await taken(photo.pixels);
+      return { data, width, height, focalLength: isGiven ? null : focalLengthOf(photo) };
+    };
+    const inputs = await Promise.all(contents.map(input));
     return kept(await stitchMany(inputs, { ...options, reference, ...call, transfer: true }));
   });
 }
