@@ -1,6 +1,8 @@
 //! The EXIF data of a photo, a TIFF file without an image (CIPA DC-008, section 4.6): what they say of its lens, and made to fit a picture
 //! that was made of it.
 
+use std::ops::Range;
+
 use crate::rect::diagonal;
 
 /// Tags whose values are rewritten, and those that lead to other directories.
@@ -23,7 +25,7 @@ const DIAGONAL_OF_35MM_FILM: f64 = 43.27;
 /// A photo whose sides have another ratio than they had, by more than this, has been cropped.
 const CROPPED: f64 = 0.02;
 /// Focal lengths of photos, in their diagonals: from that of a fisheye to that of a telescope.
-const PLAUSIBLE: std::ops::Range<f64> = 0.1..50.0;
+const PLAUSIBLE: Range<f64> = 0.1..50.0;
 
 /// Bytes of a value of each type, by its number.
 const SIZES: [u64; 13] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8];
@@ -73,10 +75,10 @@ pub(super) fn adapted(exif: &[u8], (width, height): (u32, u32)) -> Option<Vec<u8
     let mut next = 0;
     while let Some(&directory) = directories.get(next) {
         next += 1;
-        let count = usize::from(tiff.short(directory)?);
+        let entries = tiff.entries(directory)?;
         // Behind the entries is where the next directory is.
-        end = end.max(directory + 2 + count * ENTRY + 4);
-        for at in (0..count).map(|i| directory + 2 + i * ENTRY) {
+        end = end.max(entries.end + 4);
+        for at in entries.step_by(ENTRY) {
             match tiff.short(at)? {
                 ORIENTATION => tiff.set(at, SHORT, 1)?,
                 IMAGE_WIDTH | PIXEL_X_DIMENSION => tiff.set(at, LONG, width)?,
@@ -89,8 +91,7 @@ pub(super) fn adapted(exif: &[u8], (width, height): (u32, u32)) -> Option<Vec<u8
         }
     }
     // The directory after the first one is that of the thumbnail, which mostly lies behind all others.
-    let count = usize::from(tiff.short(first)?);
-    tiff.write(first + 2 + count * ENTRY, &[0; 4])?;
+    tiff.write(tiff.entries(first)?.end, &[0; 4])?;
     (end <= tiff.bytes.len()).then(|| {
         tiff.bytes.truncate(end);
         tiff.bytes
@@ -123,10 +124,16 @@ impl Tiff {
         Some(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
+    /// Where the entries of a directory are.
+    fn entries(&self, directory: usize) -> Option<Range<usize>> {
+        let count = usize::from(self.short(directory)?);
+        let first = directory + 2;
+        Some(first..first + count * ENTRY)
+    }
+
     /// Where a directory's entry of this tag is.
     fn entry(&self, directory: usize, tag: u16) -> Option<usize> {
-        let count = usize::from(self.short(directory)?);
-        (0..count).map(|i| directory + 2 + i * ENTRY).find(|at| self.short(*at) == Some(tag))
+        self.entries(directory)?.step_by(ENTRY).find(|at| self.short(*at) == Some(tag))
     }
 
     /// The value of the entry at `at`, if that is a number.

@@ -2,22 +2,18 @@
 //! depth per landmark, by Levenberg–Marquardt on robust reprojection errors. The landmarks are eliminated (Schur complement); what is left
 //! has six or seven unknowns a photo and is solved densely (Triggs et al., *Bundle Adjustment: A Modern Synthesis*, 2000).
 
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Vector3};
 
+use super::baselines::{BASELINE_PRIOR, two_view_pairs};
+use super::jacobian::{Motions, Row, Unknowns};
 use super::least_squares::{Equations, cauchy};
-use super::scene::{Camera, Landmark, Scene};
-use super::tracks::Observation;
+use super::scene::{Landmark, Scene};
 use crate::geometry::calibrated::small_rotation;
 use crate::geometry::levenberg_marquardt::{LeastSquares, Linearised, minimise};
 
 /// How far the inverse depth of a landmark may be from the median, as a multiple of it, before that counts as one standard deviation: only
 /// what nothing else determines is affected.
 const DEPTH_PRIOR: f64 = 2.0;
-/// The standard deviation of the distance between two cameras that share landmarks with no third, in median depths: a wide baseline explains
-/// the narrow strip that both see about as well as a short one does.
-const BASELINE_PRIOR: f64 = 0.1;
-/// Fewer landmarks say little.
-const ENOUGH: usize = 8;
 /// The standard deviation of the coefficient of distortion, about 0.
 const DISTORTION_PRIOR: f64 = 0.15;
 /// The standard deviation of the logarithm of a photo's share of the focal length where it is unknown, about that of its first estimate.
@@ -45,14 +41,23 @@ impl Freedom {
 
 /// Adjusts the scene; the camera of `root` stays. `focal` is mean and standard deviation of the prior of ln(focal length).
 pub(super) fn adjust(scene: &mut Scene, root: usize, freedom: Freedom, focal: [f64; 2], iterations: usize) {
-    let problem = Reprojection { unknowns: Unknowns::of(scene, root, freedom), focal };
+    let problem = Reprojection::of(scene, root, freedom, focal);
     *scene = minimise(&problem, scene.clone(), TOLERANCE, iterations).0;
 }
 
 /// The robust reprojection errors of a scene.
 struct Reprojection {
     unknowns: Unknowns,
+    /// The pairs of cameras whose distance has a prior.
+    pairs: Vec<[usize; 2]>,
     focal: [f64; 2],
+}
+
+impl Reprojection {
+    fn of(scene: &Scene, root: usize, freedom: Freedom, focal: [f64; 2]) -> Self {
+        let pairs = if freedom.positions { two_view_pairs(scene) } else { Vec::new() };
+        Self { unknowns: Unknowns::of(scene, root, freedom), pairs, focal }
+    }
 }
 
 impl LeastSquares for Reprojection {
@@ -66,9 +71,8 @@ impl LeastSquares for Reprojection {
         for landmark in &scene.landmarks {
             equations.add_landmark(scene, &self.unknowns, &motions, landmark);
         }
-        if self.unknowns.freedom.positions {
-            let baselines = baselines(scene, &motions);
-            baselines.for_each(|(photos, motion)| equations.add_baseline(scene, &self.unknowns, photos, motion));
+        for pair in &self.pairs {
+            equations.add_baseline(scene, &self.unknowns, &motions, *pair);
         }
         let (common, [mean, deviation]) = (&mut equations.common, self.focal);
         common.add_prior(0, libm::log(scene.focal) - mean, deviation);
@@ -105,7 +109,7 @@ impl LeastSquares for Reprojection {
             landmark.depth += step;
         }
         if self.unknowns.freedom.positions {
-            moved.scale(best_scale(&moved));
+            moved.scale(best_scale(&moved, &self.pairs));
         }
         moved
     }
@@ -113,11 +117,16 @@ impl LeastSquares for Reprojection {
 
 /// The scale at which a scene costs least. Only the priors of depth and baselines determine it, and steps are straight where that leads along
 /// a curve: it would take dozens of them.
-fn best_scale(scene: &Scene) -> f64 {
+fn best_scale(scene: &Scene, pairs: &[[usize; 2]]) -> f64 {
     let depths = scene.landmarks.iter().map(|landmark| landmark.depth);
     let (sum, squares) = depths.fold((0.0, 0.0), |(sum, squares), d| (sum + d, squares + d * d));
-    let baselines: f64 = baselines(scene, &Motions::of(scene)).map(|(_, (_, t))| t.norm_squared()).sum();
-    let baselines = baselines * (DEPTH_PRIOR / BASELINE_PRIOR) * (DEPTH_PRIOR / BASELINE_PRIOR);
+    let baseline = |pair: &[usize; 2]| {
+        let [from, to] = pair.map(|photo| scene.cameras[photo]);
+        Some(from?.motion_to(&to?).1.norm_squared())
+    };
+    let baselines = pairs.iter().filter_map(baseline).sum::<f64>()
+        * (DEPTH_PRIOR / BASELINE_PRIOR)
+        * (DEPTH_PRIOR / BASELINE_PRIOR);
     // Newton's method on the slope of the cost by the inverse of the scale, from the side where it converges.
     let mut inverse = sum / squares;
     for _ in 0..NEWTON {
@@ -125,75 +134,6 @@ fn best_scale(scene: &Scene) -> f64 {
         inverse -= (inverse * squares - sum - cube) / (squares + 3.0 * cube / inverse);
     }
     1.0 / inverse
-}
-
-/// The motions between cameras that share enough landmarks, but hardly any with a third.
-fn baselines<'a>(scene: &Scene, motions: &'a Motions) -> impl Iterator<Item = ([usize; 2], &'a Motion)> {
-    let count = motions.cameras;
-    // That no third camera sees, and that one does.
-    let mut shared = vec![[0; 2]; count * count];
-    for landmark in &scene.landmarks {
-        let photos = || std::iter::once(&landmark.anchor).chain(&landmark.seen).map(|o| o.photo);
-        for (i, from) in photos().enumerate() {
-            for to in photos().skip(i + 1) {
-                shared[from * count + to][usize::from(landmark.seen.len() > 1)] += 1;
-            }
-        }
-    }
-    let open = move |at: usize| {
-        let [by_two, by_more] = shared[at];
-        (by_two >= ENOUGH && by_more < ENOUGH).then_some([at / count, at % count])
-    };
-    (0..count * count).filter_map(open).filter_map(|pair| Some((pair, motions.between(pair)?)))
-}
-
-/// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
-struct Unknowns {
-    freedom: Freedom,
-    /// The first one of each photo's pose; `None` where it stays.
-    offsets: Vec<Option<usize>>,
-    /// Each photo's share of the focal length; `None` where it stays.
-    shares: Vec<Option<usize>>,
-    per_photo: usize,
-    count: usize,
-}
-
-impl Unknowns {
-    fn of(scene: &Scene, root: usize, freedom: Freedom) -> Self {
-        let per_photo = if freedom.positions { 6 } else { 3 };
-        let mut count = if freedom.distortion { 2 } else { 1 };
-        let (mut offsets, mut shares) = (Vec::new(), Vec::new());
-        let mut next = |is_unknown: bool, size: usize| {
-            count += if is_unknown { size } else { 0 };
-            is_unknown.then(|| count - size)
-        };
-        for (photo, camera) in scene.cameras.iter().enumerate() {
-            offsets.push(next(camera.is_some() && photo != root, per_photo));
-            shares.push(next(camera.is_some() && scene.estimates[photo].is_some(), 1));
-        }
-        Self { freedom, offsets, shares, per_photo, count }
-    }
-}
-
-/// R and t.
-type Motion = (Matrix3<f64>, Vector3<f64>);
-
-/// Those from each camera to each other.
-struct Motions {
-    cameras: usize,
-    motions: Vec<Option<Motion>>,
-}
-
-impl Motions {
-    fn of(scene: &Scene) -> Self {
-        let cameras = &scene.cameras;
-        let from = |from: &Option<Camera>| cameras.iter().map(|to| Some((*from)?.motion_to(to.as_ref()?))).collect();
-        Self { cameras: cameras.len(), motions: cameras.iter().flat_map(|camera| -> Vec<_> { from(camera) }).collect() }
-    }
-
-    fn between(&self, [from, to]: [usize; 2]) -> Option<&Motion> {
-        self.motions[from * self.cameras + to].as_ref()
-    }
 }
 
 /// A step of all unknowns.
@@ -248,8 +188,9 @@ impl SceneEquations {
         self.depths.push(depth);
     }
 
-    fn add_baseline(&mut self, scene: &Scene, unknowns: &Unknowns, photos: [usize; 2], (rotation, t): &Motion) {
+    fn add_baseline(&mut self, scene: &Scene, unknowns: &Unknowns, motions: &Motions, photos: [usize; 2]) {
         let [Some(from), Some(to)] = photos.map(|photo| scene.cameras[photo]) else { return };
+        let Some((rotation, t)) = motions.between(photos) else { return };
         let weight = 1.0 / (BASELINE_PRIOR * BASELINE_PRIOR);
         self.common.cost += 0.5 * weight * t.norm_squared();
         for axes in [[Vector3::x(), Vector3::y()], [Vector3::z(), Vector3::zeros()]] {
@@ -300,88 +241,15 @@ impl Linearised for SceneEquations {
     }
 }
 
-/// The derivatives of one observation's error.
-struct Row {
-    error: [f64; 2],
-    /// Unknown, and the slopes of both coordinates, in the order of the unknowns, as the anchor is the first photo of a track.
-    slopes: [(usize, [f64; 2]); 16],
-    count: usize,
-    /// How many of them are of unknowns that belong to all observations of the landmark.
-    shared: usize,
-    depth: [f64; 2],
-}
-
-impl Row {
-    fn new(error: [f64; 2], depth: [f64; 2]) -> Self {
-        Self { error, slopes: [(0, [0.0; 2]); 16], count: 0, shared: 0, depth }
-    }
-
-    fn of(scene: &Scene, unknowns: &Unknowns, motions: &Motions, landmark: &Landmark, o: &Observation) -> Option<Self> {
-        let photos = [landmark.anchor.photo, o.photo];
-        let (rotation, t) = motions.between(photos)?;
-        let [from, to] = photos.map(|photo| scene.cameras[photo].as_ref());
-        let w = landmark.depth;
-        let ray = scene.ray(&landmark.anchor);
-        let seen = scene.error(rotation * ray + t * w, o)?;
-        let p = seen.point;
-        let scale = scene.diagonals[o.photo] * scene.focal(o.photo) / p[2];
-        // Of both coordinates: the slopes by the point in the axes of this camera, and of the anchor's.
-        let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
-        let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
-        let depth = slopes.map(|slope| slope.dot(t));
-        let mut row = Self::new(seen.error, depth);
-        // A longer lens enlarges this photo, and straightens the rays of the other.
-        let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
-        let enlarged = [scale * p[0], scale * p[1]];
-        row.put(0, [0, 1].map(|k| bent[k] + enlarged[k]));
-        if unknowns.freedom.distortion {
-            let [of_ray, of_place] = [&landmark.anchor, o].map(|o| scene.distortion.slope(o.place));
-            let (f, unit) = (scene.focal(photos[0]), scene.diagonals[o.photo]);
-            let moved = of_anchor.map(|slope| (slope[0] * of_ray[0] + slope[1] * of_ray[1]) / f);
-            row.put(1, [moved[0] - unit * of_place[0], moved[1] - unit * of_place[1]]);
-        }
-        let [anchor, own] = photos.map(|photo| unknowns.shares[photo]);
-        // ω × v = −[v]× ω; R_to Rᵀ_from exp(−ω) c moves by R [c]× ω.
-        let c = ray - from?.translation * w;
-        row.put_pose(unknowns, photos[0], of_anchor.map(|slope| slope.cross(&c)), of_anchor.map(|slope| slope * -w));
-        anchor.into_iter().for_each(|at| row.put(at, bent));
-        row.shared = row.count;
-        let v = p - to?.translation * w;
-        row.put_pose(unknowns, photos[1], slopes.map(|slope| v.cross(&slope)), slopes.map(|slope| slope * w));
-        own.into_iter().for_each(|at| row.put(at, enlarged));
-        Some(row)
-    }
-
-    fn put_pose(&mut self, unknowns: &Unknowns, photo: usize, turn: [Vector3<f64>; 2], shift: [Vector3<f64>; 2]) {
-        let Some(at) = unknowns.offsets[photo] else { return };
-        (0..3).for_each(|k| self.put(at + k, turn.map(|slopes| slopes[k])));
-        if unknowns.freedom.positions {
-            (0..3).for_each(|k| self.put(at + 3 + k, shift.map(|slopes| slopes[k])));
-        }
-    }
-
-    fn put(&mut self, at: usize, slopes: [f64; 2]) {
-        self.slopes[self.count] = (at, slopes);
-        self.count += 1;
-    }
-}
-
-/// The rotation that is nearest to a matrix with a positive determinant.
-pub(super) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let determinant = m.determinant();
-    if determinant.is_nan() || determinant <= 0.0 {
-        return None;
-    }
-    crate::geometry::calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::geometry::Distortion;
     use crate::geometry::multi_view::Lens;
+    use crate::geometry::multi_view::scene::Camera;
     use crate::geometry::multi_view::self_calibration::Focal;
+    use crate::geometry::multi_view::tracks::Observation;
 
     /// Three cameras, and landmarks that they see some pixels from where they are.
     fn scene() -> Scene {
@@ -416,12 +284,13 @@ mod tests {
     /// The same with landmarks that two cameras see, and no third.
     fn scene_of_pairs() -> Scene {
         let mut scene = scene();
-        let pairs = scene.landmarks.iter().flat_map(|landmark| {
-            landmark.seen.iter().map(|o| Landmark { seen: vec![*o], ..landmark.clone() }).collect::<Vec<_>>()
-        });
+        let pairs = scene
+            .landmarks
+            .iter()
+            .flat_map(|landmark| landmark.seen.iter().map(move |o| Landmark { seen: vec![*o], ..landmark.clone() }));
         let pairs: Vec<Landmark> = pairs.collect();
         scene.landmarks = [&pairs[..], &pairs[..]].concat();
-        assert_eq!(baselines(&scene, &Motions::of(&scene)).count(), 3);
+        assert_eq!(two_view_pairs(&scene), [[0, 1], [0, 2], [1, 2]]);
         scene
     }
 
@@ -432,7 +301,7 @@ mod tests {
             [scene(), scene_of_pairs()].iter().flat_map(|s| freedoms.map(|f| (s, f)))
         {
             let (freedom, landmarks) = (Freedom { positions, distortion }, start.landmarks.len());
-            let problem = Reprojection { unknowns: Unknowns::of(start, 0, freedom), focal: [-0.35, 0.35] };
+            let problem = Reprojection::of(start, 0, freedom, [-0.35, 0.35]);
             let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; landmarks] };
             let start = problem.moved(start, &none());
             if positions {

@@ -9,10 +9,12 @@
 //! to photo j, with X_cam = R X + t, H∞ = K_j R_j R_iᵀ K_i⁻¹ and e' = K_j (t_j − R_j R_iᵀ t_i), d being 1/z in the scale of
 //! the translations.
 
+mod baselines;
 mod bundle;
 mod choice;
 mod growth;
 mod homographies;
+mod jacobian;
 mod least_squares;
 mod lens;
 mod lens_ratios;

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::bundle::nearest_rotation;
 use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
@@ -98,4 +97,13 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
         std::mem::swap(one, other);
     }
     Some(found.into_iter().map(|(_, rotation, translation)| (rotation, translation)).collect())
+}
+
+/// The rotation that is nearest to a matrix with a positive determinant.
+fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let determinant = m.determinant();
+    if determinant.is_nan() || determinant <= 0.0 {
+        return None;
+    }
+    crate::geometry::calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
 }
