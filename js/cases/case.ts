@@ -38,8 +38,6 @@ export interface Pair {
   readonly reference: ImageOutput;
   /** What the files say of target and reference besides their pixels. */
   readonly metadata: readonly [PhotoMetadata, PhotoMetadata];
-  /** That of the target in pixels, by its EXIF data; null where they do not tell. */
-  readonly focalLength: number | null;
   readonly matches: Float32Array | undefined;
   /** Scaled values, NaN where unknown. Models refer to depth in this unit. */
   readonly targetDepth: DepthInput | undefined;
@@ -99,7 +97,6 @@ export async function loadPair(
     target: target.image,
     reference: reference.image,
     metadata: [target.metadata, reference.metadata],
-    focalLength: target.focalLength,
     matches,
     targetDepth,
     referenceDepth,

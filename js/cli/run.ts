@@ -93,10 +93,8 @@ async function stitchFiles(
   const { colourProfile } = colours;
   const [target = pair.target, reference = pair.reference] = colours.images;
   const call = { onProgress: line.show, workers, transfer: true };
-  const { focalLength = pair.focalLength ?? 0 } = settings;
   const result = await stitch(target, reference, {
     ...settings,
-    focalLength,
     ...call,
     outputs: neededFor(outputs),
     matches,
@@ -113,7 +111,7 @@ async function stitchFiles(
     contents.set(outputs.warped, await encodePng(result.warped, { colourProfile }));
   if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
   if (outputs.report) {
-    const options = { ...(await defaultOptions(settings.mode)), ...settings, focalLength };
+    const options = { ...(await defaultOptions(settings.mode)), ...settings };
     const json = report(await version(), files, pair, options, outputs, result);
     contents.set(outputs.report, jsonBytes(json));
   }

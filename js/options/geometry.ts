@@ -86,6 +86,6 @@ export const geometry = {
     default: 0,
     label: "Focal length",
     description:
-      "Focal length of the target; 0 if unknown. By default the command line and the page take it from EXIF data.",
+      "Focal length of the target; 0 if unknown. Of three photos or more, the command line and the page take it from EXIF data by default.",
   },
 } as const satisfies Readonly<Record<string, OptionSpec>>;

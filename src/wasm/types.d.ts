@@ -140,8 +140,8 @@ export interface Options {
    */
   calibration: "auto" | "always" | "off";
   /**
-   * Focal length of the target; 0 if unknown. By default the command line and the page take it from
-   * EXIF data. Unit: px. Range: a number of at least 0. Default: 0.
+   * Focal length of the target; 0 if unknown. Of three photos or more, the command line and the
+   * page take it from EXIF data by default. Unit: px. Range: a number of at least 0. Default: 0.
    */
   focalLength: number;
   /**

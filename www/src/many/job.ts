@@ -1,7 +1,7 @@
 import { stitchMany, type CallOptions, type Options } from "depthstitch";
 import { taken } from "../image-worker/client.js";
 import type { Photo } from "../image-worker/contents.js";
-import { focalLengthOf, identityOf } from "../run/job.js";
+import { identityOf } from "../run/job.js";
 import { kept, remembered } from "../run/results.js";
 import type { Message, State } from "../state.js";
 import { isReading, usablePhotos, type SetPhoto } from "./photo-set.js";
@@ -53,4 +53,9 @@ export function manyResultOf({ photos, reference, options }: ManyJob, call: Call
     const inputs = await Promise.all(contents.map(input));
     return kept(await stitchMany(inputs, { ...options, reference, ...call, transfer: true }));
   });
+}
+
+/** The focal length in pixels from the 35 mm equivalent in EXIF data; the diagonal of 35 mm film is 43.27 mm. */
+function focalLengthOf({ focalLength35, width, height }: Photo): number | null {
+  return focalLength35 === null ? null : (focalLength35 * Math.hypot(width, height)) / 43.27;
 }

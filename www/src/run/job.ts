@@ -15,11 +15,6 @@ export interface Job {
   readonly options: Partial<Options>;
 }
 
-/** The focal length in pixels from the 35 mm equivalent in EXIF data; the diagonal of 35 mm film is 43.27 mm. */
-export function focalLengthOf({ focalLength35, width, height }: Photo): number | null {
-  return focalLength35 === null ? null : (focalLength35 * Math.hypot(width, height)) / 43.27;
-}
-
 const cache = new WeakMap<Float32Array, { key: string; value: Float32Array }>();
 
 /** Converts matches from pixels of the original photos to pixels of the scaled ones. */

@@ -1,6 +1,6 @@
 import type { DepthInput } from "depthstitch";
 import { depthNetworkOf, depthSlot, type Message, type PhotoSlot, type State } from "../state.js";
-import { focalLengthOf, scaleMatches, type Job } from "./job.js";
+import { scaleMatches, type Job } from "./job.js";
 
 /** The job for the current inputs and settings, or a message about what is missing. */
 export function prepareJob(state: State): Job | Message {
@@ -17,14 +17,13 @@ export function prepareJob(state: State): Job | Message {
 
   const targetDepth = depthOf(state, "target");
   const referenceDepth = depthOf(state, "reference");
-  const focalLength = settings.options.focalLength ?? focalLengthOf(target);
   return {
     target,
     reference,
     ...(slots.matches && { matches: scaleMatches(slots.matches.content, target, reference) }),
     ...(targetDepth && { targetDepth }),
     ...(referenceDepth && { referenceDepth }),
-    options: { ...settings.options, ...(focalLength !== null && { focalLength }) },
+    options: settings.options,
   };
 }
 
