@@ -141,6 +141,24 @@ fn nothing_is_taken_from_what_is_in_front() {
 }
 
 #[test]
+fn both_sides_of_an_opening_are_in_front_of_what_is_seen_through_it() {
+    // The upper half of an arch, in red: farther on its left than on its right, but the sky below is much farther.
+    let sky = |x: usize, y: usize| x >= 80 && y >= 40;
+    let image = picture(120, 100, |x, y| if sky(x, y) { [0, 90, 200, 255] } else { [180, (y % 9 * 9) as u8, 0, 255] });
+    let voids = mask(120, 100, |x, y| (40..80).contains(&x) && (5..95).contains(&y));
+    let depth = map(120, 100, |x, y| match x {
+        _ if sky(x, y) => 0.1,
+        0..60 => 2.0,
+        _ => 3.0,
+    });
+    let guide = FillGuide { depth, epipole: [1.0, 0.0, 0.0] };
+    let result = refilled(&image, &voids, Some(&guide), &any_width());
+    for (i, pixel) in result.data().chunks_exact(4).enumerate().filter(|&(i, _)| voids.data()[i] != 0) {
+        assert!(pixel[2] == 200, "{pixel:?} at {}, {}", i % 120, i / 120);
+    }
+}
+
+#[test]
 fn a_pattern_goes_on() {
     let truth = picture(140, 110, |x, y| {
         let dark = (x / 6 + y / 6) % 2 == 0;

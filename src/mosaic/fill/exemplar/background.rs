@@ -62,22 +62,22 @@ pub(super) fn set_limits(level: &mut Level, epipole: [f64; 3]) -> Result<()> {
     Ok(())
 }
 
-/// Where both ends are about as far away, both may be in front. So what lies farther away next to such voids is
-/// taken over, and handed on.
+/// Where both ends are about as far away, both may be in front, and so they may be where what a neighbour has behind it is farther away by
+/// more than they are apart. So what lies farther away next to such voids is taken over, and handed on.
 fn propagate_background(level: &mut Level, tolerance: f32) {
     for backwards in [false, true, false] {
         for i in 0..level.voids.len() {
             let number = if backwards { level.voids.len() - 1 - i } else { i };
-            let void = level.voids[number];
-            if void.limit - void.far > tolerance {
-                continue;
-            }
-            let row = if backwards { void.cell + level.width } else { void.cell - level.width };
-            let side = if backwards { void.cell + 1 } else { void.cell - 1 };
+            let cell = level.voids[number].cell;
+            let row = if backwards { cell + level.width } else { cell - level.width };
+            let side = if backwards { cell + 1 } else { cell - 1 };
             for neighbour in [row - 1, row, row + 1, side] {
                 let Some(other) = level.voids.get((level.index[neighbour] as usize).wrapping_sub(1)) else { continue };
-                if other.far < level.voids[number].far && other.limit - other.far > tolerance {
-                    level.voids[number] = Void { cell: void.cell, ..*other };
+                let void = level.voids[number];
+                let farther = void.far - other.far;
+                let ambiguous = void.limit - void.far <= tolerance.max(SHARE * farther);
+                if ambiguous && farther > 0.0 && other.limit - other.far > tolerance {
+                    level.voids[number] = Void { cell, ..*other };
                 }
             }
         }
