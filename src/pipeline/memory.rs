@@ -93,10 +93,10 @@ const OUTLINE: u64 = MASK + 2 * 2;
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
 const BANDS: f64 = 32.0 / 3.0;
-/// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam, and how many there are on a photo.
-const ALIGNMENT: u64 = 20;
+/// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam or behind the reference, and how many there are on a photo.
+const ALIGNMENT: u64 = 30;
 const ALIGNMENT_NODES: u64 = 350 * 350 / 2;
-/// The same of the grid on which straight edges are looked for: less than half of those of a node, as so much of the canvas is near the seam.
+/// The same of the grid on which straight edges are looked for: fewer, as less of the canvas is as near to the seam.
 const EDGES: u64 = 12;
 /// Smooth filling numbers the pixels of its window.
 const SMOOTH_FILL: u64 = 5;

@@ -16,17 +16,17 @@ const OUTLIER: f32 = 25.0;
 const SMOOTHNESS: f32 = 330.0;
 /// Weight of the field itself at this distance from the seam, growing with its square.
 const FADING: f32 = 7.0;
-const REACH: f32 = 0.1;
+const REACH: f32 = 0.35;
 /// What is left of it at the seam.
-const LEAST_FADING: f32 = 0.3;
-/// From so many times [`BAND`] on the photos are not compared.
-const NEGLIGIBLE: f32 = 2.6;
+const LEAST_FADING: f32 = 0.03;
+/// Farther than this from the seam, in diagonals, the photos are not compared.
+pub(super) const COMPARED: f32 = 2.6 * BAND;
 /// Linearisations of a level, and steps of successive overrelaxation of each.
 const ITERATIONS: usize = 3;
 const SWEEPS: usize = 12;
 const OVERRELAXATION: f32 = 1.8;
 /// Farther than this from the seam, in diagonals, nothing moves: it has long faded.
-pub(super) const FARTHEST: f32 = 0.12;
+pub(super) const FARTHEST: f32 = 0.24;
 
 /// Displacements of a level's nodes, in nodes: the reference's node shows what the target has there.
 pub(super) struct Field {
@@ -96,11 +96,11 @@ impl Field {
         let fading = FADING * share * share + LEAST_FADING;
         let [a, b, c, p, q] = edges.get(node).copied().unwrap_or_default();
         let (a, c) = (a + fading, c + fading);
-        let free = || self.of_node(node, [a, b, c], [p, q]);
-        let near = level.distance[node] / BAND;
-        if near > NEGLIGIBLE {
+        let free = || self.of_node(level, node, [a, b, c], [p, q]);
+        if level.distance[node] > COMPARED {
             return free();
         }
+        let near = level.distance[node] / BAND;
         let [u, v] = self.values[node];
         let (x, y) = ((node % self.width) as f32 + u, (node / self.width) as f32 + v);
         let gx = 0.5 * (level.luma(x + 1.0, y) - level.luma(x - 1.0, y));
@@ -113,18 +113,18 @@ impl Field {
         let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
         let constant = weight * (gx * u + gy * v - apart);
         let matrix = [a + weight * gx * gx, b + weight * gx * gy, c + weight * gy * gy];
-        self.of_node(node, matrix, [p + gx * constant, q + gy * constant])
+        self.of_node(level, node, matrix, [p + gx * constant, q + gy * constant])
     }
 
     /// The equations of a node by its own matrix and right side.
-    fn of_node(&self, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
+    fn of_node(&self, level: &Level, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
         let around = neighbours(node, self.width);
         let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
         let scale = 1.0 / (a * c - b * b);
         let inverse = [c * scale, b * scale, a * scale];
         Equation {
             node: node as u32,
-            around: around.map(|next| if next < self.values.len() { next } else { node } as u32),
+            around: around.map(|next| if level.distance.get(next).is_some_and(|next| *next < f32::INFINITY) { next } else { node } as u32),
             inverse,
             right,
         }

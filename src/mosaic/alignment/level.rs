@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use super::field::COMPARED;
 use crate::distance::{STRAIGHT, distance};
 use crate::each_row::for_each_row;
 use crate::image::reserve;
 use crate::luma::rec601;
 use crate::mosaic::canvas::Placed;
-use crate::mosaic::seam::passes_between;
+use crate::mosaic::seam::{REFERENCE, passes_between};
 use crate::{Image, Mask, Result};
 
 /// Nodes of one resolution, each a square of pixels.
@@ -20,7 +21,8 @@ pub(super) struct Level {
     /// Mean luma of the target and of the reference; NaN where any pixel of the square is not there, and far from the seam.
     pub target: Vec<f32>,
     pub reference: Vec<f32>,
-    /// Distance from the seam, in diagonals of the reference.
+    /// Distance from the seam, in diagonals of the reference; ∞ where only the reference shows and the photos are not compared: nothing
+    /// has to move there.
     pub distance: Vec<f32>,
     /// Which photo shows in the middle of a square; none for a halved level.
     pub labels: Vec<u8>,
@@ -53,7 +55,10 @@ impl Level {
         let steps = distance(width * height, width, &meets)?;
         let mut distance = Vec::new();
         reserve(&mut distance, steps.len())?;
-        distance.extend(steps.iter().map(|steps| f32::from(*steps) * scale));
+        distance.extend(steps.iter().zip(&labels).map(|(steps, &label)| {
+            let distance = f32::from(*steps) * scale;
+            if label == REFERENCE && distance > COMPARED { f32::INFINITY } else { distance }
+        }));
         drop(steps);
         let (mut target, mut other) = (Vec::new(), Vec::new());
         reserve(&mut target, width * height)?;

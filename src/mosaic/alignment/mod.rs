@@ -16,7 +16,7 @@ use super::seam::bounds;
 use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
 use crate::{Image, Mask, Result};
-use field::{FARTHEST, Field};
+use field::{COMPARED, FARTHEST, Field};
 use level::Level;
 
 /// Nodes along the diagonal of the reference, about: 700 align no better.
@@ -36,7 +36,8 @@ pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, obse
         |region, reach, side: f64| Level::finest(image, reference, seam, region, reach, (side as usize).max(1), length);
     let squared = (near.0.len() * near.1.len()) as f64 / EDGE_NODES as f64;
     let crossings = edges::crossings(&finest(&near, edges::REACH, squared.sqrt().ceil())?, length)?;
-    let first = finest(&region, FARTHEST, length / NODES)?;
+    // Twice as far, as what is displaced is compared.
+    let first = finest(&region, 2.0 * COMPARED, length / NODES)?;
     let side = first.side;
     let mut levels = vec![first];
     while let Some(coarser) = levels.last().filter(|_| levels.len() < LEVELS).map(Level::halved) {
