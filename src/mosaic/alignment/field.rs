@@ -119,12 +119,13 @@ impl Field {
     /// The equations of a node by its own matrix and right side.
     fn of_node(&self, level: &Level, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
         let around = neighbours(node, self.width);
+        let takes_part = |next: usize| level.distance.get(next).is_some_and(|distance| distance.is_finite());
         let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
         let scale = 1.0 / (a * c - b * b);
         let inverse = [c * scale, b * scale, a * scale];
         Equation {
             node: node as u32,
-            around: around.map(|next| if level.distance.get(next).is_some_and(|next| *next < f32::INFINITY) { next } else { node } as u32),
+            around: around.map(|next| if takes_part(next) { next } else { node } as u32),
             inverse,
             right,
         }
