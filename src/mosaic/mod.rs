@@ -18,7 +18,7 @@ mod guide;
 mod multiband;
 mod seam;
 
-pub(crate) use alignment::EDGE_NODES;
+pub(crate) use alignment::{EDGE_NODES, node_side};
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 pub use composition::{Added, Composition};
 pub(crate) use exposure::gain_table;

@@ -7,7 +7,7 @@
 use super::halved::{half_size, is_halved};
 use super::options::{Options, WithoutDepth};
 use crate::features::reduced;
-use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam};
+use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam, node_side};
 use crate::warp::{MOST_KEPT, Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
 
@@ -93,9 +93,8 @@ const OUTLINE: u64 = MASK + 2 * 2;
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
 const BANDS: f64 = 32.0 / 3.0;
-/// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam or behind the reference, and how many there are on a photo.
+/// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam or behind the reference.
 const ALIGNMENT: u64 = 30;
-const ALIGNMENT_NODES: u64 = 350 * 350 / 2;
 /// The same of the grid on which straight edges are looked for: fewer, as less of the canvas is as near to the seam.
 const EDGES: u64 = 12;
 /// Smooth filling numbers the pixels of its window.
@@ -306,7 +305,7 @@ impl<'a> Memory<'a> {
         };
         let aligned = match self.options.blend.seam {
             Seam::Aligned => {
-                let nodes = canvas.min(canvas.saturating_mul(ALIGNMENT_NODES) / self.photos()[1].max(1));
+                let nodes = canvas / (node_side(self.job.photos[1]) as u64).pow(2);
                 let edges = canvas.min(EDGE_NODES as u64) * EDGES;
                 canvas.saturating_mul(RGBA).max(nodes.saturating_mul(ALIGNMENT)).max(edges)
             }

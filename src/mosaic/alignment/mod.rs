@@ -26,6 +26,11 @@ pub(crate) const EDGE_NODES: usize = 2_000_000;
 /// Levels of resolution, each half the one before.
 const LEVELS: usize = 3;
 
+/// The side in pixels of the grid's squares, by the size of the reference.
+pub(crate) fn node_side(reference: (usize, usize)) -> usize {
+    ((diagonal(reference) / NODES) as usize).max(1)
+}
+
 /// Moves the target in `image` so that it meets the reference along the `seam`.
 pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, observer: &mut dyn Observer) -> Result<()> {
     let length = diagonal(reference.photo.size());
@@ -37,7 +42,7 @@ pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, obse
     let squared = (near.0.len() * near.1.len()) as f64 / EDGE_NODES as f64;
     let crossings = edges::crossings(&finest(&near, edges::REACH, squared.sqrt().ceil())?, length)?;
     // Twice as far, as what is displaced is compared.
-    let first = finest(&region, 2.0 * COMPARED, length / NODES)?;
+    let first = finest(&region, 2.0 * COMPARED, node_side(reference.photo.size()) as f64)?;
     let side = first.side;
     let mut levels = vec![first];
     while let Some(coarser) = levels.last().filter(|_| levels.len() < LEVELS).map(Level::halved) {
