@@ -44,6 +44,23 @@ struct Equation {
     right: [f32; 2],
 }
 
+impl Equation {
+    /// The equations of a node by its own matrix and right side.
+    fn of(level: &Level, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Self {
+        let around = neighbours(node, level.width);
+        let takes_part = |next: usize| level.distance.get(next).is_some_and(|distance| distance.is_finite());
+        let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
+        let scale = 1.0 / (a * c - b * b);
+        let inverse = [c * scale, b * scale, a * scale];
+        Self {
+            node: node as u32,
+            around: around.map(|next| if takes_part(next) { next } else { node } as u32),
+            inverse,
+            right,
+        }
+    }
+}
+
 impl Field {
     /// Of a level and the equations of the `edges` there, from the field of the next coarser one.
     pub fn of(level: &Level, edges: &[[f32; 5]], coarser: Option<&Self>, observer: &mut dyn Observer) -> Result<Self> {
@@ -96,7 +113,7 @@ impl Field {
         let fading = FADING * share * share + LEAST_FADING;
         let [a, b, c, p, q] = edges.get(node).copied().unwrap_or_default();
         let (a, c) = (a + fading, c + fading);
-        let free = || self.of_node(level, node, [a, b, c], [p, q]);
+        let free = || Equation::of(level, node, [a, b, c], [p, q]);
         if level.distance[node] > COMPARED {
             return free();
         }
@@ -113,22 +130,7 @@ impl Field {
         let weight = libm::exp(f64::from(-near * near)) as f32 / (1.0 + outlier * outlier);
         let constant = weight * (gx * u + gy * v - apart);
         let matrix = [a + weight * gx * gx, b + weight * gx * gy, c + weight * gy * gy];
-        self.of_node(level, node, matrix, [p + gx * constant, q + gy * constant])
-    }
-
-    /// The equations of a node by its own matrix and right side.
-    fn of_node(&self, level: &Level, node: usize, [a, b, c]: [f32; 3], right: [f32; 2]) -> Equation {
-        let around = neighbours(node, self.width);
-        let takes_part = |next: usize| level.distance.get(next).is_some_and(|distance| distance.is_finite());
-        let (a, c) = (a + 4.0 * SMOOTHNESS, c + 4.0 * SMOOTHNESS);
-        let scale = 1.0 / (a * c - b * b);
-        let inverse = [c * scale, b * scale, a * scale];
-        Equation {
-            node: node as u32,
-            around: around.map(|next| if takes_part(next) { next } else { node } as u32),
-            inverse,
-            right,
-        }
+        Equation::of(level, node, matrix, [p + gx * constant, q + gy * constant])
     }
 
     /// A step of successive overrelaxation.

@@ -37,13 +37,13 @@ pub(super) fn align(image: &mut Image, reference: &Placed<'_>, seam: &Mask, obse
     let Some(bounds) = bounds(seam) else { return Ok(()) };
     let around = |reach: f32| bounds.grown((f64::from(reach) * length) as usize, seam.size()).ranges();
     let (near, region) = (around(edges::REACH), around(FARTHEST));
-    let finest =
-        |region, reach, side: f64| Level::finest(image, reference, seam, region, reach, (side as usize).max(1), length);
+    let finest = |region, reach, side| Level::finest(image, reference, seam, region, reach, side, length);
     let squared = (near.0.len() * near.1.len()) as f64 / EDGE_NODES as f64;
-    let crossings = edges::crossings(&finest(&near, edges::REACH, squared.sqrt().ceil())?, length)?;
+    let side = (squared.sqrt().ceil() as usize).max(1);
+    let crossings = edges::crossings(&finest(&near, edges::REACH, side)?, length)?;
+    let side = node_side(reference.photo.size());
     // Twice as far, as what is displaced is compared.
-    let first = finest(&region, 2.0 * COMPARED, node_side(reference.photo.size()) as f64)?;
-    let side = first.side;
+    let first = finest(&region, 2.0 * COMPARED, side)?;
     let mut levels = vec![first];
     while let Some(coarser) = levels.last().filter(|_| levels.len() < LEVELS).map(Level::halved) {
         levels.push(coarser?);
