@@ -53,10 +53,18 @@ export function run(command, args, { env = {} } = {}) {
   if (status !== 0) throw new Error(`${command} ended with ${signal ?? `status ${status}`}`);
 }
 
-/** The output of a command. @param {string} command @param {string[]} args */
-export function output(command, args) {
+/**
+ * The output of a command.
+ *
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: Record<string, string> }} [options]
+ */
+export function output(command, args, { env = {} } = {}) {
   const { status, stdout, error } = spawnSync(command, args, {
     cwd: root,
+    env: { ...process.env, ...env },
+    maxBuffer: Infinity,
     encoding: "utf8",
     stdio: ["ignore", "pipe", "inherit"],
   });

@@ -4,21 +4,19 @@ import { join } from "node:path";
 import { build, setup } from "./build.mjs";
 import { renderSample } from "./sample.mjs";
 import { cargoEnv, installPackages, root, run } from "./shared.mjs";
+import { wasmTests } from "./wasm-tests.mjs";
 
-/** @type {Record<string, { needs: (() => void)[], tests: (() => void)[] }>} preparations and tests */
+const RUST = ["--features", "codecs"];
+
+/** @type {Record<string, { needs: (() => void)[], tests: (() => void | Promise<void>)[] }>} preparations and tests */
 const groups = {
-  rust: { needs: [setup], tests: [() => cargoTest()] },
-  wasm: { needs: [setup], tests: [() => cargoTest("--target", "wasm32-unknown-unknown")] },
+  rust: { needs: [setup], tests: [() => run("cargo", ["test", ...RUST], { env: cargoEnv })] },
+  wasm: { needs: [setup], tests: [() => wasmTests(RUST)] },
   node: { needs: [build, smallSample, smallSet], tests: [() => nodeTest("node")] },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
   models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
   browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
 };
-
-/** @param {string[]} args */
-function cargoTest(...args) {
-  run("cargo", ["test", "--features", "codecs", ...args], { env: cargoEnv });
-}
 
 /** @param {string} folder */
 function nodeTest(folder) {
@@ -60,7 +58,7 @@ for (const [name, { needs, tests }] of Object.entries(groups)) {
       need();
       done.add(need);
     }
-    for (const test of tests) test();
+    for (const test of tests) await test();
   } catch (error) {
     summary.push({ name, passed: false, ms: Date.now() - start });
     console.error(String(error));
