@@ -38,6 +38,14 @@ impl Rect {
         Self { x, y, width: right - x, height: bottom - y }
     }
 
+    /// The smallest rectangle around it and another.
+    pub(crate) fn joined(self, other: Self) -> Self {
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let right = (self.x + self.width).max(other.x + other.width);
+        let bottom = (self.y + self.height).max(other.y + other.height);
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
     /// Its columns and rows.
     pub(crate) fn ranges(self) -> (Range<usize>, Range<usize>) {
         (self.x..self.x + self.width, self.y..self.y + self.height)

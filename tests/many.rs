@@ -201,6 +201,27 @@ fn flat_scene_is_one_picture() {
     assert!(seen < 1.0 && alone < 2.0, "{seen} px where two photos see, {alone} px elsewhere");
 }
 
+/// Seven photos of a wall, one beside the other: the outer ones are more than twice their width away from the middle.
+#[test]
+fn a_long_row_of_photos_that_overlap_by_little_is_shown_whole() {
+    let scene = scene::plane();
+    let first = scene.target;
+    let pose =
+        |i: usize| Pose { centre: first.centre + Vector3::new(4.6 * (i as f64 - 3.0), 0.0, 0.0), yaw: 0.0, ..first };
+    let views = scene.views(&[0, 1, 2, 3, 4, 5, 6].map(pose), SIZE.0, SIZE.1);
+    let done = stitch_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert!(done.warnings.is_empty(), "{:?}", done.warnings);
+    for (photo, report) in done.photos.iter().enumerate() {
+        let [x, y, width, height] = report.extent.unwrap();
+        let [left, top] = views.place([photo, done.reference], [0, 0]).unwrap();
+        let [right, bottom] = views.place([photo, done.reference], [SIZE.0 - 1, SIZE.1 - 1]).unwrap();
+        let truth = [left, top, right - left + 1.0, bottom - top + 1.0];
+        for (found, truth) in [x, y, width, height].into_iter().zip(truth) {
+            assert!((found as f64 - truth).abs() < 12.0, "photo {photo}: {:?} instead of {truth:?}", report.extent);
+        }
+    }
+}
+
 /// Around a square and back: the last photo overlaps the first.
 #[test]
 fn loop_closes() {
@@ -253,6 +274,16 @@ fn groups_apart_are_told() {
     let options = ManyOptions { reference: Some(4), ..ManyOptions::default() };
     let found = align_many(&photos(&views), &options, &mut ()).unwrap();
     assert_eq!(codes(&found), ["other-group", "other-group", "other-group", "used", "used"]);
+    assert_eq!(found.reference, 4);
+}
+
+/// From the middle one's place the first one's would be enlarged beside the way.
+#[test]
+fn photos_taken_on_the_way_forward_are_shown_as_an_early_one_saw_it() {
+    let views =
+        gallery_from(&[[0.0, 1.2, 0.0], [0.05, 0.6, 0.02], [0.0, 0.0, 0.0], [-0.05, -0.6, -0.02], [0.0, -1.2, 0.0]]);
+    let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(codes(&found), ["used"; 5]);
     assert_eq!(found.reference, 4);
 }
 

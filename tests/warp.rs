@@ -324,7 +324,7 @@ fn the_outline_outside_is_clean() {
         warp(view, view, &model(-1.0), &model(1.0), &options, &mut ()).unwrap()
     };
     let shown = |warped: &Warped, x: isize, y: usize| {
-        warped.image.view().pixel(warped.offset.0.wrapping_add_signed(x), y)[3] != 0
+        warped.offset.0.checked_add_signed(x).is_some_and(|x| warped.image.view().pixel(x, y)[3] != 0)
     };
     let (hard, soft) = (of(WarpMode::Optimal), of(WarpMode::Soft));
     assert!(shown(&hard, -128, 22) && !shown(&soft, -128, 22), "the dot");
@@ -350,10 +350,13 @@ fn no_void_sticks_out() {
     let options = WarpOptions { mode: WarpMode::Soft, ..Default::default() };
     let warped = warp(view, view, &model(-1.0), &model(1.0), &options, &mut ()).unwrap();
     let void = |x: isize, y: usize| {
-        let x = warped.offset.0.wrapping_add_signed(x);
-        let at = y * warped.image.width() + x;
-        warped.footprint.data()[at] != 0 && warped.image.view().pixel(x, y)[3] == 0
+        warped.offset.0.checked_add_signed(x).is_some_and(|x| {
+            let at = y * warped.image.width() + x;
+            warped.footprint.data()[at] != 0 && warped.image.view().pixel(x, y)[3] == 0
+        })
     };
     assert!(void(-80, 206), "between the column and what is behind it");
     assert!(!void(-200, 206), "between the column and the piece");
+    assert_eq!(warped.offset, (120, 0), "nor is there room for the piece");
+    assert_eq!(warped.image.size(), (SIDE + 120, SIDE));
 }

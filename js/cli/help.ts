@@ -16,7 +16,7 @@ const INPUT: readonly Row[] = [
   ["--own-matches", "detect and match features even if the case has matches"],
   [
     "--reference FILE",
-    "of three photos or more, the one in whose view all are shown; by default the one in the middle",
+    "of three photos or more, the one in whose view all are shown; by default the one in the middle, or of photos taken on the way forward an early one",
   ],
   ["--target-depth FILE", "depth map of the target"],
   ["--reference-depth FILE", "depth map of the reference; a missing one is derived from the other"],

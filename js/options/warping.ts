@@ -97,7 +97,8 @@ export const warping = {
     unit: "× reference size",
     default: 2,
     label: "Canvas limit",
-    description: "How far the canvas may extend beyond each side of the reference.",
+    description:
+      "How far the canvas may extend beyond each side of the reference; of many images, beyond where one that is hardly stretched appears.",
   },
   projection: {
     group: "warping",

@@ -11,15 +11,33 @@ const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
 
 /// The farthest that vertices may land, in reference pixels. Without it one vertex near the horizon makes the canvas
 /// explode.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
     pub min: [f64; 2],
     pub max: [f64; 2],
 }
 
 impl Limits {
-    pub fn new(reference: &ImageView<'_>, canvas_limit: f64) -> Self {
-        let (w, h) = (reference.width() as f64, reference.height() as f64);
+    /// `canvas_limit` times the reference's size beyond each of its sides.
+    pub fn new(reference: (usize, usize), canvas_limit: f64) -> Self {
+        let (w, h) = (reference.0 as f64, reference.1 as f64);
         Self { min: [-canvas_limit * w, -canvas_limit * h], max: [(1.0 + canvas_limit) * w, (1.0 + canvas_limit) * h] }
+    }
+
+    /// The same beyond what appears within `bounds` as well: smallest and largest x and y.
+    pub fn with(reference: (usize, usize), [x0, y0, x1, y1]: [f64; 4], canvas_limit: f64) -> Self {
+        let Self { min: [left, top], max: [right, bottom] } = Self::new(reference, canvas_limit);
+        let (w, h) = (reference.0 as f64, reference.1 as f64);
+        Self {
+            min: [left + x0.min(0.0), top + y0.min(0.0)],
+            max: [right + (x1 - w).max(0.0), bottom + (y1 - h).max(0.0)],
+        }
+    }
+
+    /// The same for places that are counted from `origin`.
+    pub fn from_origin(self, origin: [i64; 2]) -> Self {
+        let shifted = |place: [f64; 2]| [0, 1].map(|k| place[k] - origin[k] as f64);
+        Self { min: shifted(self.min), max: shifted(self.max) }
     }
 
     /// Which of two places lie within, all bits or none.

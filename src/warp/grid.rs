@@ -329,7 +329,7 @@ mod tests {
         outside.data_mut()[30..37].fill(255);
         let reference = Image::transparent(40, 30).unwrap();
         for (outside, cells) in [(None, (0, 0)), (Some(&outside), (0, 0)), (None, (9, 5))] {
-            let map = Map { model: &model, screen: None, outside, limits: Limits::new(&reference.view(), 0.1) };
+            let map = Map { model: &model, screen: None, outside, limits: Limits::new(reference.size(), 0.1) };
             let rows = |most_kept| {
                 let grid = VertexGrid::keeping(most_kept, size, Some(&depth), &map, cells).unwrap();
                 let mut rows = Vec::new();

@@ -23,6 +23,7 @@ mod scene;
 mod screen;
 mod selection;
 mod stretch;
+mod trim;
 
 use crate::depth::holes::{self, Holes};
 use crate::geometry::{Model, Undistortion, check_views};
@@ -30,6 +31,7 @@ use crate::observer::{Observer, report};
 use crate::transparency::{Extended, outside};
 use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 
+pub(crate) use canvas::Limits;
 pub(crate) use grid::MOST_KEPT;
 pub(crate) use sample::bilinear;
 pub use screen::Projection;
@@ -167,6 +169,8 @@ pub(crate) struct WarpJob<'a> {
     /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
     /// back from them.
     pub screen: Option<Screen>,
+    /// The farthest that the target may appear on a plane, where the reference is no photo whose size would say that.
+    pub limits: Option<Limits>,
     /// The photo with the distortion of its lens, where the target is that without: then colours are read from it, and it ends
     /// where it ends.
     pub distorted: Option<Distorted<'a>>,
@@ -181,7 +185,7 @@ pub(crate) struct Distorted<'a> {
 
 impl<'a> WarpJob<'a> {
     pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
-        Self { target, reference, forward, reverse, screen: None, distorted: None }
+        Self { target, reference, forward, reverse, screen: None, limits: None, distorted: None }
     }
 }
 
@@ -192,14 +196,15 @@ pub(crate) fn warp_within(
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let &WarpJob { target, reference, forward, reverse, screen, distorted } = job;
+    let &WarpJob { target, reference, forward, reverse, screen, limits, distorted } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
     let target_depth = holes::resolve(target.depth.filter(|_| forward.has_parallax()), options.holes)?;
-    let limits = match &screen {
-        Some(screen) => screen.limits(),
-        None => canvas::Limits::new(&reference.image, options.canvas_limit),
+    let limits = match (&screen, limits) {
+        (Some(screen), _) => screen.limits(),
+        (None, Some(limits)) => limits,
+        (None, None) => Limits::new(reference.image.size(), options.canvas_limit),
     };
     let outside = outside(target.image)?;
     let map = grid::Map { model: forward, screen, outside: outside.as_ref(), limits };
@@ -242,8 +247,10 @@ pub(crate) fn warp_within(
         outline::clean(&mut image, &mut footprint, &canvas, &reference.image)?;
     }
     let depth = depth::in_reference_frame(depth, &image, &map, canvas.offset);
+    let warped = Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped };
+    let warped = if options.mode == WarpMode::Soft { warped.trimmed(reference.image.size()) } else { warped };
     report(observer, Stage::Warp, 1.0)?;
-    Ok(Warped { image, footprint, confidence, depth, offset: canvas.offset, clipped })
+    Ok(warped)
 }
 
 fn check(

@@ -188,8 +188,9 @@ export interface Options {
    */
   stretchLimit: number;
   /**
-   * How far the canvas may extend beyond each side of the reference. Unit: × reference size. Range:
-   * a number from 0 to 100. Default: 2.
+   * How far the canvas may extend beyond each side of the reference; of many images, beyond where
+   * one that is hardly stretched appears. Unit: × reference size. Range: a number from 0 to 100.
+   * Default: 2.
    */
   canvasLimit: number;
   /**
@@ -459,7 +460,10 @@ export interface PhotoInput extends ImageInput {
 
 /** What `stitchMany` takes besides photos and options. */
 export interface ManyInputs {
-  /** Index of the photo in whose view all are shown; by default the one in the middle. */
+  /**
+   * Index of the photo in whose view all are shown; by default the one in the middle, or of photos taken on the way forward an early
+   * one.
+   */
   readonly reference?: number | null | undefined;
   /**
    * The radial distortion of the lens, as results say it, from −1 to 1; 0 for none. By default it is estimated, but for photos with

@@ -6,7 +6,7 @@ use crate::InverseDepth;
 use crate::geometry::{Model, MultiView, eigenpairs};
 use crate::pipeline::picture::{MOST_ENLARGED, Picture, Placed, Size, Viewer, unit};
 use crate::statistics::{median, nth};
-use crate::warp::{Projection, Screen};
+use crate::warp::{Limits, Projection, Screen};
 
 /// Photos are shown on the plane while none of them is stretched by more than this anywhere at its typical depth, in area: away from the
 /// middle by 2, across that by √2.
@@ -36,11 +36,7 @@ impl ManyPicture {
         geometry: &MultiView,
     ) -> Self {
         let plane = Self::plane(reference);
-        let suits = |photo: &usize| {
-            let areas = plane.areas(*photo, sizes, geometry);
-            let most = MOST_ON_PLANE * zoom(geometry, [*photo, reference]);
-            areas.is_some_and(|areas| areas.iter().all(|area| *area <= most))
-        };
+        let suits = |photo: &usize| plane.hardly_stretches(*photo, sizes, geometry);
         if wanted == Some(Projection::Plane) || wanted.is_none() && photos.iter().all(suits) {
             return plane;
         }
@@ -94,6 +90,24 @@ impl ManyPicture {
     /// The screen of a picture whose first pixel is at `at`.
     pub fn screen_at(&self, at: [i64; 2]) -> Option<Screen> {
         self.shown.screen_at(at)
+    }
+
+    /// The farthest that a photo may appear on the plane: `canvas_limit` times the reference's size beyond that, and beyond where a
+    /// photo appears that is hardly stretched, as in a long row. `None` on a cylinder or sphere.
+    pub fn limits(&self, photo: usize, sizes: &[Size], geometry: &MultiView, canvas_limit: f64) -> Option<Limits> {
+        let reference = sizes[self.reference];
+        let in_row = self.is_plane() && self.hardly_stretches(photo, sizes, geometry);
+        let limits = match self.bounds(photo, sizes, geometry).filter(|_| in_row) {
+            Some(bounds) => Limits::with(reference, bounds.map(|v| v as f64), canvas_limit),
+            None => Limits::new(reference, canvas_limit),
+        };
+        self.is_plane().then_some(limits)
+    }
+
+    /// Whether a photo is stretched by no more than a plane may, anywhere at its typical depth.
+    fn hardly_stretches(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
+        let most = MOST_ON_PLANE * zoom(geometry, [photo, self.reference]);
+        self.areas(photo, sizes, geometry).is_some_and(|areas| areas.iter().all(|area| *area <= most))
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` without a place, and where part of it is behind the plane.

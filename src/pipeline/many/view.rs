@@ -1,35 +1,61 @@
 //! In whose view the photos are shown, which of them can be, and in which order.
 
+use std::cmp::Ordering;
+
 use nalgebra::Vector3;
 
 use super::picture::{ManyPicture, typical_depth};
-use crate::geometry::{MultiView, PairLink};
+use crate::geometry::{DepthSample, MultiView, PairLink};
 use crate::pipeline::picture::Size;
 use crate::rect::diagonal;
+use crate::statistics::nth;
 
 /// A photo that would be enlarged by more than this, in area and at the median, is left out.
 const MOST_STRETCH: f64 = 4.0;
 /// So is one that looks more than 60° to the side on a plane, where it would have no end: the cosine.
 const WIDEST: f64 = 0.5;
+/// A view in which the nearer things of another photo appear longer than there by more than this is a poor one of that.
+const MOST_BLURRED: f64 = 1.4;
 
 /// The photo from which the others are the least far away: the largest distance of their middles from its own is the smallest.
-/// For a `plane` it is one in whose view most of the others can be shown.
+/// For a `plane` it is one in whose view most of the others can be shown. Of photos taken on the way forward it is an early one, as all
+/// that is beside the way is blurred in the later ones' views.
 pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView, plane: bool) -> usize {
-    let mut best: Option<(usize, f64, usize)> = None;
+    let mut best: Option<((usize, usize, f64), usize)> = None;
     for &photo in candidates {
-        let (mut shown, mut farthest) = (0, 0.0f64);
+        let (mut shown, mut sharp, mut farthest) = (0, 0, 0.0f64);
         for &other in candidates.iter().filter(|other| **other != photo) {
             if !plane || can_be_shown(&ManyPicture::plane(photo), other, sizes, geometry) {
                 shown += 1;
+                sharp += usize::from(enlargement([other, photo], geometry) < MOST_BLURRED);
                 let there = distance(sizes, [other, photo], geometry);
                 farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
             }
         }
-        if best.is_none_or(|(most, least, _)| shown > most || shown == most && farthest < least) {
-            best = Some((shown, farthest, photo));
+        let found = (shown, sharp, -farthest);
+        if best.is_none_or(|(most, _)| found.partial_cmp(&most).is_some_and(Ordering::is_gt)) {
+            best = Some((found, photo));
         }
     }
-    best.map_or(0, |(.., photo)| photo)
+    best.map_or(0, |(_, photo)| photo)
+}
+
+/// By how much longer the nearer landmarks of a photo appear in the view of another, as that was taken closer to them; 1 where that is not
+/// known.
+fn enlargement([from, to]: [usize; 2], geometry: &MultiView) -> f64 {
+    let (Some(model), Some([_, own]), Some([_, other])) =
+        (geometry.model([from, to]), geometry.calibration(from), geometry.calibration(to))
+    else {
+        return 1.0;
+    };
+    let ratio = |sample: &DepthSample| {
+        let [x, y] = sample.point;
+        let there = other * Vector3::from(model.transform(x, y, sample.depth));
+        (own * Vector3::new(x, y, 1.0)).norm() / there.norm()
+    };
+    let ratios: Vec<f64> = geometry.samples(from, to).iter().map(ratio).collect();
+    let nearer = ratios.len() * 3 / 4;
+    nth(ratios, nearer).unwrap_or(1.0)
 }
 
 /// How far from the middle of a photo the middle of another appears: the angle, or without cameras in diagonals, infinitely far
