@@ -35,7 +35,7 @@ impl Limits {
     }
 
     /// The same for places that are counted from `origin`.
-    pub fn from_origin(self, origin: [i64; 2]) -> Self {
+    pub fn relative_to(self, origin: [i64; 2]) -> Self {
         let shifted = |place: [f64; 2]| [0, 1].map(|k| place[k] - origin[k] as f64);
         Self { min: shifted(self.min), max: shifted(self.max) }
     }

@@ -221,7 +221,7 @@ impl Painting<'_> {
             screen: picture.screen_at(at),
             limits: picture
                 .limits(photo, &sizes, geometry, self.options.warp.canvas_limit)
-                .map(|limits| limits.from_origin(at)),
+                .map(|limits| limits.relative_to(at)),
             distorted: distorted.and_then(|distorted| distorted.get(photo).copied()),
         };
         match warp_within(&job, &options, &|canvas| self.budget.check(canvas), observer) {

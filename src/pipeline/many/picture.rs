@@ -95,13 +95,15 @@ impl ManyPicture {
     /// The farthest that a photo may appear on the plane: `canvas_limit` times the reference's size beyond that, and beyond where a
     /// photo appears that is hardly stretched, as in a long row. `None` on a cylinder or sphere.
     pub fn limits(&self, photo: usize, sizes: &[Size], geometry: &MultiView, canvas_limit: f64) -> Option<Limits> {
+        if !self.is_plane() {
+            return None;
+        }
         let reference = sizes[self.reference];
-        let in_row = self.is_plane() && self.hardly_stretches(photo, sizes, geometry);
-        let limits = match self.bounds(photo, sizes, geometry).filter(|_| in_row) {
+        let bounds = self.bounds(photo, sizes, geometry).filter(|_| self.hardly_stretches(photo, sizes, geometry));
+        Some(match bounds {
             Some(bounds) => Limits::with(reference, bounds.map(|v| v as f64), canvas_limit),
             None => Limits::new(reference, canvas_limit),
-        };
-        self.is_plane().then_some(limits)
+        })
     }
 
     /// Whether a photo is stretched by no more than a plane may, anywhere at its typical depth.
