@@ -1,5 +1,6 @@
 // `npm test`: all tests, group by group. `npm test -- rust node` runs two groups.
 import { readdirSync } from "node:fs";
+import { availableParallelism } from "node:os";
 import { join } from "node:path";
 import { build, setup } from "./build.mjs";
 import { renderSample } from "./sample.mjs";
@@ -12,20 +13,27 @@ const RUST = ["--features", "codecs"];
 const groups = {
   rust: { needs: [setup], tests: [() => run("cargo", ["test", ...RUST], { env: cargoEnv })] },
   wasm: { needs: [setup], tests: [() => wasmTests(RUST)] },
-  node: { needs: [build, smallSample, smallSet], tests: [() => nodeTest("node")] },
+  node: {
+    needs: [build, smallSample, smallSet],
+    tests: [() => nodeTest("node", availableParallelism())],
+  },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
   models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
   browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
 };
 
-/** @param {string} folder */
-function nodeTest(folder) {
+/**
+ * One file at a time, unless told otherwise: what drives a browser or loads networks needs the machine to itself.
+ *
+ * @param {string} folder
+ */
+function nodeTest(folder, concurrency = 1) {
   const tests = readdirSync(join(root, "tests", folder)).filter((file) =>
     /\.test\.m?[jt]s$/.test(file),
   );
   if (tests.length === 0) throw new Error(`tests/${folder} has no tests`);
   const files = tests.map((file) => join("tests", folder, file));
-  run(process.execPath, ["--test", "--test-concurrency=1", ...files]);
+  run(process.execPath, ["--test", `--test-concurrency=${concurrency}`, ...files]);
 }
 
 /** A small sample for tests that stitch it many times. */
