@@ -234,6 +234,20 @@ fn the_reference_shows_what_looks_different() {
     assert!(!passes(&mosaic.seam, |x, _| x > 84), "the seam is behind what looks different");
 }
 
+/// A tower that leans in the target, which covers all of the reference and differs from it by a little everywhere: without any seam it
+/// would be the target's.
+#[test]
+fn the_reference_shows_what_leans_though_the_target_covers_it() {
+    let tower = |x: usize, y: usize| (100..112).contains(&x) && (24..76).contains(&y);
+    let leaning = |x: usize, y: usize| if tower(x - y.saturating_sub(24) / 5, y) { [60; 3] } else { [203; 3] };
+    let warped = stage(|_, _| true, |x, y| if x > 20 { leaning(x, y) } else { [203; 3] });
+    let other = reference(|x, y| if tower(x, y) { [60; 3] } else { [200; 3] });
+    let options = BlendOptions { exposure: Exposure::Off, ..Default::default() };
+    let mosaic = compose(&warped, &other, &options).unwrap();
+    let target = (0..CANVAS.0 * CANVAS.1).filter(|i| tower(i % CANVAS.0, i / CANVAS.0) && mosaic.seam.data()[*i] == 1);
+    assert_eq!(target.count(), 0, "the target shows of the tower");
+}
+
 /// A confidence of 0 where `unreliable`.
 fn unreliable_where(warped: Warped, unreliable: impl Fn(usize, usize) -> bool) -> Warped {
     let data = (0..CANVAS.0 * CANVAS.1).map(|i| if unreliable(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
