@@ -30,6 +30,8 @@ pub struct Composition {
     pub depth: InverseDepth,
     /// Bands of the pyramid where [`BlendOptions::bands`] is 0.
     bands: u32,
+    /// The reference's label.
+    reference: u8,
 }
 
 /// What became of a photo.
@@ -86,7 +88,7 @@ impl Composition {
         }
         // As of two photos.
         let bands = (width.max(height) / 32).max(2).ilog2();
-        Ok(Self { image, labels, footprint, offset, depth, bands })
+        Ok(Self { image, labels, footprint, offset, depth, bands, reference: label })
     }
 
     /// The part of the picture within `bounds`, in pixels of the view, with its inverse depth, and where its top left pixel is in
@@ -158,7 +160,11 @@ impl Composition {
         let overlap = shown.data().iter().filter(|side| **side == 3).count();
         let labels =
             Mask::from_bytes(part(self.labels.data(), self.labels.width(), window)?, window.width, window.height);
-        let preference = seam::Preference { reliable: None, confidence: confidence.as_ref(), labels: Some(&labels) };
+        let preference = seam::Preference {
+            reliable: None,
+            confidence: confidence.as_ref(),
+            labels: Some((&labels, self.reference)),
+        };
         let options = BlendOptions { bands, ..options.clone() };
         let gains = compose((&mut image, gains), &mut shown, &placed, &preference, &options, observer)?;
         self.paste(&image, &shown, window, label);

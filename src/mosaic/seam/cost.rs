@@ -7,7 +7,7 @@ use wide::i32x4;
 use super::detail::Detail;
 use super::level::Level;
 use super::{BOTH, COARSEST, Preference};
-use crate::distance::{STRAIGHT, to_outside};
+use crate::distance::{STRAIGHT, distance, to_outside};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
@@ -30,8 +30,8 @@ const UNRELIABLE: i32 = 40;
 /// of the gallery shows smeared cells rather than cross a column.
 const DATA_COST: i32 = 128;
 /// Data cost of the target at a pixel that looks nothing like the reference, which is not distorted; one that looks half like it costs a
-/// quarter. Unless the reference is a mosaic, which may be: a door leaf of one of ten sets is torn otherwise. Tuned by eye on 33 real
-/// pairs: flat between 48 and 112; with 16 a target that covers all of the reference hides it, however bent it is.
+/// quarter. Of a mosaic only one photo is not: a door leaf of one of ten sets is torn where it costs as much to cover the others. Tuned
+/// by eye on 33 real pairs: flat between 48 and 112; with 16 a target that covers all of the reference hides it, however bent it is.
 const DISTORTED: i32 = 48;
 /// Share of the diagonal along the reference's border where that costs nothing, and over which it then grows: a seam at the very border
 /// leaves nothing to align.
@@ -58,12 +58,18 @@ pub(super) fn finest(
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
     let detail = match preference.labels {
-        Some(labels) => Some((Detail::of(image, reference, seam, labels)?, labels)),
+        Some((labels, _)) => Some((Detail::of(image, reference, seam, labels)?, labels)),
         None => None,
     };
     let photo = reference.photo.size();
-    // A mosaic may be distorted itself.
-    let border = preference.labels.is_none().then(|| (BORDER * diagonal(photo) * f64::from(STRAIGHT)) as u32);
+    let border = ((BORDER * diagonal(photo) * f64::from(STRAIGHT)) as u32).max(1);
+    // Of a mosaic, all but one photo may be distorted themselves.
+    let inside = match preference.labels {
+        Some((labels, undistorted)) => {
+            Some(distance(labels.data().len(), photo.0, &|at| labels.data()[at] != undistorted)?)
+        }
+        None => None,
+    };
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
         let y = rows.start + j;
@@ -89,10 +95,10 @@ pub(super) fn finest(
             let reliable = preference.reliable.is_none_or(|mask| mask.data()[v * photo.0 + u] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
-            let distorted = border.map_or(0, |border| {
-                let inside = to_outside((u, v), photo).saturating_sub(border).min(border) as i32;
-                DISTORTED * unlike * unlike / UNLIKE * inside / (border.max(1) as i32 * UNLIKE)
-            });
+            let inside =
+                inside.as_ref().map_or_else(|| to_outside((u, v), photo), |inside| inside[v * photo.0 + u].into());
+            let inside = inside.saturating_sub(border).min(border) as i32;
+            let distorted = DISTORTED * unlike * unlike / UNLIKE * inside / (border as i32 * UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
             cell.cost = seam_cost(apart, change + extra);
             let blurred = detail.as_ref().map_or(0, |(detail, labels)| detail.cost(labels.data()[at + i]));

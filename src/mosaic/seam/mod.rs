@@ -114,8 +114,8 @@ pub(super) struct Preference<'a> {
     pub reliable: Option<&'a Mask>,
     /// Of the warped target's pixels: see [`crate::warp::Warped`].
     pub confidence: Option<&'a Mask>,
-    /// Which photo shows in the reference, if that is a mosaic itself: the sharper one is preferred.
-    pub labels: Option<&'a Mask>,
+    /// Which photo shows in the reference, if that is a mosaic itself: the sharper one is preferred; and which of them is not distorted.
+    pub labels: Option<(&'a Mask, u8)>,
 }
 
 /// Decides by a minimum cut for every pixel that both photos cover.
