@@ -36,7 +36,7 @@ impl ManyPicture {
         geometry: &MultiView,
     ) -> Self {
         let plane = Self::plane(reference);
-        let suits = |photo: &usize| plane.hardly_stretches(*photo, sizes, geometry);
+        let suits = |photo: &usize| plane.is_little_stretched(*photo, sizes, geometry);
         if wanted == Some(Projection::Plane) || wanted.is_none() && photos.iter().all(suits) {
             return plane;
         }
@@ -99,7 +99,7 @@ impl ManyPicture {
             return None;
         }
         let reference = sizes[self.reference];
-        let bounds = self.bounds(photo, sizes, geometry).filter(|_| self.hardly_stretches(photo, sizes, geometry));
+        let bounds = self.bounds(photo, sizes, geometry).filter(|_| self.is_little_stretched(photo, sizes, geometry));
         Some(match bounds {
             Some(bounds) => Limits::with(reference, bounds.map(|v| v as f64), canvas_limit),
             None => Limits::new(reference, canvas_limit),
@@ -107,7 +107,7 @@ impl ManyPicture {
     }
 
     /// Whether a photo is stretched by no more than a plane may, anywhere at its typical depth.
-    fn hardly_stretches(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
+    fn is_little_stretched(&self, photo: usize, sizes: &[Size], geometry: &MultiView) -> bool {
         let most = MOST_ON_PLANE * zoom(geometry, [photo, self.reference]);
         self.areas(photo, sizes, geometry).is_some_and(|areas| areas.iter().all(|area| *area <= most))
     }

@@ -15,7 +15,7 @@ const MOST_STRETCH: f64 = 4.0;
 /// So is one that looks more than 60° to the side on a plane, where it would have no end: the cosine.
 const WIDEST: f64 = 0.5;
 /// A view in which the nearer things of another photo appear longer than there by more than this is a poor one of that.
-const MOST_BLURRED: f64 = 1.4;
+const MAX_ENLARGEMENT: f64 = 1.4;
 
 /// The photo from which the others are the least far away: the largest distance of their middles from its own is the smallest.
 /// For a `plane` it is one in whose view most of the others can be shown. Of photos taken on the way forward it is an early one, as all
@@ -27,7 +27,7 @@ pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView,
         for &other in candidates.iter().filter(|other| **other != photo) {
             if !plane || can_be_shown(&ManyPicture::plane(photo), other, sizes, geometry) {
                 shown += 1;
-                sharp += usize::from(enlargement([other, photo], geometry) < MOST_BLURRED);
+                sharp += usize::from(enlargement([other, photo], geometry) < MAX_ENLARGEMENT);
                 let there = distance(sizes, [other, photo], geometry);
                 farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
             }
