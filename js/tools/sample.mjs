@@ -15,15 +15,9 @@ export function renderSample(folder = join("www", "public", "sample"), ...size) 
   const made = join(root, folder, "case.json");
   if (existsSync(made) && statSync(made).mtimeMs > newest(renderer)) return;
   mkdirSync(join(root, folder), { recursive: true });
-  run("cargo", [
-    "run",
-    "--release",
-    "--example",
-    "render-sample",
-    "--",
-    folder,
-    ...size.map(String),
-  ]);
+  // As the Rust tests build it, so that it is built once.
+  const example = ["--features", "codecs", "--example", "render-sample"];
+  run("cargo", ["run", ...example, "--", folder, ...size.map(String)]);
 }
 
 /** Time of the latest change of a file below `folder`, in milliseconds. @param {string} folder */

@@ -5,8 +5,6 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 import { decodeImage, encodeJpeg, encodePng } from "depthstitch/codecs";
-import { renderSample } from "../../js/tools/sample.mjs";
-import { root } from "../../js/tools/shared.mjs";
 import {
   exampleFile,
   idle,
@@ -256,11 +254,7 @@ test("compares the methods with PSNR, SSIM and coverage, and any of them with th
 });
 
 test("what few views show of two large photos is made when such a view is opened", async () => {
-  const large = async (/** @type {string} */ name) => {
-    const photo = await decodeImage(await readFile(exampleFile(name)));
-    return written(name, await encodeJpeg(enlarged(photo, 5)));
-  };
-  const files = [await large("target.jpg"), await large("reference.jpg")];
+  const files = await largeExample(5);
   const { page, complaints, close } = await site.open({ hash: "#page.photoLimit=0" });
   page.setDefaultTimeout(300_000);
   await page.setInputFiles("#many-files", files);
@@ -276,6 +270,15 @@ test("what few views show of two large photos is made when such a view is opened
   assert.deepEqual(await complaints(), []);
   await close();
 });
+
+/** The example's photos so many times as wide and high. @param {number} times @returns {Promise<string[]>} their files */
+function largeExample(times) {
+  const photos = ["target.jpg", "reference.jpg"].map(async (name) => {
+    const photo = await decodeImage(await readFile(exampleFile(name)));
+    return written(name, await encodeJpeg(enlarged(photo, times)));
+  });
+  return Promise.all(photos);
+}
 
 /** A picture with each pixel as a square of so many. @param {{ width: number, height: number, data: Uint8ClampedArray }} picture @param {number} times */
 function enlarged({ width, height, data }, times) {
@@ -293,9 +296,7 @@ function enlarged({ width, height, data }, times) {
 }
 
 test("a picture that is too large to be drawn whole shows its own pixels when zoomed in", async () => {
-  const folder = join("target", "sample-large");
-  renderSample(folder, 2048, 1356);
-  const files = ["target.jpg", "reference.jpg"].map((name) => join(root, folder, name));
+  const files = await largeExample(3);
   const { page, complaints, close } = await site.open({ files });
   const picture = await savedPicture(page);
   assert.ok(picture.width * picture.height > 5e6);

@@ -27,7 +27,9 @@ for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "ni
       writeFile(join(dump, "matches"), matches),
       ...Object.entries(inputs).map(([name, { data }]) => writeFile(join(dump, name), data)),
     ]);
-    const command = ["run", "--quiet", "--release", "--example", "stitch-hash", "--", dump];
+    // As the Rust tests build it, so that it is built once.
+    const example = ["--features", "codecs", "--example", "stitch-hash"];
+    const command = ["run", "--quiet", ...example, "--", dump];
     const native = JSON.parse(execFileSync("cargo", command, { cwd: root, encoding: "utf8" }));
 
     const found = await stitch(target, reference, { matches, targetDepth, referenceDepth });
