@@ -1,7 +1,7 @@
 // Renders the sample, two photos with exact depth, for the page and the tests.
 import { existsSync, mkdirSync, readdirSync, statSync } from "node:fs";
 import { join } from "node:path";
-import { isMain, root, run } from "./shared.mjs";
+import { exampleRun, isMain, root, run } from "./shared.mjs";
 
 const renderer = join(root, "tests", "scene");
 
@@ -15,9 +15,7 @@ export function renderSample(folder = join("www", "public", "sample"), ...size) 
   const made = join(root, folder, "case.json");
   if (existsSync(made) && statSync(made).mtimeMs > newest(renderer)) return;
   mkdirSync(join(root, folder), { recursive: true });
-  // As the Rust tests build it, so that it is built once.
-  const example = ["--features", "codecs", "--example", "render-sample"];
-  run("cargo", ["run", ...example, "--", folder, ...size.map(String)]);
+  run("cargo", exampleRun("render-sample", [folder, ...size.map(String)]));
 }
 
 /** Time of the latest change of a file below `folder`, in milliseconds. @param {string} folder */

@@ -35,6 +35,24 @@ export const cargoEnv = {
   CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bin("wasm-bindgen-test-runner"),
 };
 
+/** Features of the crate that the Rust tests and examples are built with. */
+export const testFeatures = ["--features", "codecs"];
+
+/**
+ * Cargo's arguments to run an example as the Rust tests build it, so that it is built once.
+ *
+ * @param {string} name
+ * @param {string[]} args the example's own
+ */
+export const exampleRun = (name, args) => [
+  "run",
+  ...testFeatures,
+  "--example",
+  name,
+  "--",
+  ...args,
+];
+
 /**
  * Runs a command in the root of the repository with its output shown. Throws if it fails.
  *

@@ -4,15 +4,16 @@ import { availableParallelism } from "node:os";
 import { join } from "node:path";
 import { build, setup } from "./build.mjs";
 import { renderSample } from "./sample.mjs";
-import { cargoEnv, installPackages, root, run } from "./shared.mjs";
+import { cargoEnv, installPackages, root, run, testFeatures } from "./shared.mjs";
 import { wasmTests } from "./wasm-tests.mjs";
-
-const RUST = ["--features", "codecs"];
 
 /** @type {Record<string, { needs: (() => void)[], tests: (() => void | Promise<void>)[] }>} preparations and tests */
 const groups = {
-  rust: { needs: [setup], tests: [() => run("cargo", ["test", ...RUST], { env: cargoEnv })] },
-  wasm: { needs: [setup], tests: [() => wasmTests(RUST)] },
+  rust: {
+    needs: [setup],
+    tests: [() => run("cargo", ["test", ...testFeatures], { env: cargoEnv })],
+  },
+  wasm: { needs: [setup], tests: [() => wasmTests(testFeatures)] },
   node: {
     needs: [build, smallSample, smallSet],
     tests: [() => nodeTest("node", availableParallelism())],

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { stitch } from "depthstitch";
 import { loadCase } from "../../dist/cases/case.js";
-import { dataFolder, root } from "../../js/tools/shared.mjs";
+import { dataFolder, exampleRun, root } from "../../js/tools/shared.mjs";
 
 for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "nis-PTS_17")]) {
   const missing = !existsSync(join(folder, "case.json"));
@@ -27,9 +27,7 @@ for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "ni
       writeFile(join(dump, "matches"), matches),
       ...Object.entries(inputs).map(([name, { data }]) => writeFile(join(dump, name), data)),
     ]);
-    // As the Rust tests build it, so that it is built once.
-    const example = ["--features", "codecs", "--example", "stitch-hash"];
-    const command = ["run", "--quiet", ...example, "--", dump];
+    const command = ["--quiet", ...exampleRun("stitch-hash", [dump])];
     const native = JSON.parse(execFileSync("cargo", command, { cwd: root, encoding: "utf8" }));
 
     const found = await stitch(target, reference, { matches, targetDepth, referenceDepth });

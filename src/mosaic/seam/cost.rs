@@ -31,7 +31,8 @@ const UNRELIABLE: i32 = 40;
 const DATA_COST: i32 = 128;
 /// Data cost of the target at a pixel that looks nothing like the reference, which is not distorted; one that looks half like it costs a
 /// quarter. Of a mosaic only one photo is not: a door leaf of one of ten sets is torn where it costs as much to cover the others. Tuned
-/// by eye on 33 real pairs: flat between 48 and 112; with 16 a target that covers all of the reference hides it, however bent it is.
+/// by eye on 33 real pairs, flat between 48 and 112 on the 13 of them tried so far up; with 16 a target that covers all of the reference
+/// hides it, however bent it is.
 const DISTORTED: i32 = 48;
 /// Share of the diagonal along the reference's border where that costs nothing, and over which it then grows: a seam at the very border
 /// leaves nothing to align.
@@ -57,16 +58,14 @@ pub(super) fn finest(
     let Some(overlap) = bounding_box(size.1, &overlap) else { return Ok(None) };
     let (columns, rows) = overlap.grown(margin, size).ranges();
     let mut level = Level::empty(columns.start, rows.start, columns.len(), rows.len())?;
-    let detail = match preference.labels {
-        Some((labels, _)) => Some((Detail::of(image, reference, seam, labels)?, labels)),
-        None => None,
-    };
     let photo = reference.photo.size();
     let border = ((BORDER * diagonal(photo) * f64::from(STRAIGHT)) as u32).max(1);
-    // Of a mosaic, all but one photo may be distorted themselves.
-    let inside = match preference.labels {
+    let mosaic = match preference.labels {
         Some((labels, undistorted)) => {
-            Some(distance(labels.data().len(), photo.0, &|at| labels.data()[at] != undistorted)?)
+            let detail = Detail::of(image, reference, seam, labels)?;
+            // All but one of its photos may be distorted themselves.
+            let inside = distance(labels.data().len(), photo.0, &|at| labels.data()[at] != undistorted)?;
+            Some((labels, detail, inside))
         }
         None => None,
     };
@@ -95,13 +94,14 @@ pub(super) fn finest(
             let reliable = preference.reliable.is_none_or(|mask| mask.data()[v * photo.0 + u] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
-            let inside =
-                inside.as_ref().map_or_else(|| to_outside((u, v), photo), |inside| inside[v * photo.0 + u].into());
+            let (blurred, inside) = match &mosaic {
+                Some((labels, detail, inside)) => (detail.cost(labels.data()[at + i]), inside[at + i].into()),
+                None => (0, to_outside((u, v), photo)),
+            };
             let inside = inside.saturating_sub(border).min(border) as i32;
             let distorted = DISTORTED * unlike * unlike / UNLIKE * inside / (border as i32 * UNLIKE);
             let extra = if reliable { 0 } else { UNRELIABLE };
             cell.cost = seam_cost(apart, change + extra);
-            let blurred = detail.as_ref().map_or(0, |(detail, labels)| detail.cost(labels.data()[at + i]));
             cell.data_cost = (DATA_COST * lost * unlike / (i32::from(RELIABLE) * UNLIKE) + distorted) as i16 + blurred;
         }
     }
