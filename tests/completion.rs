@@ -235,6 +235,28 @@ fn a_stiff_surface_gives_up_what_is_near_rather_than_bend() {
 }
 
 #[test]
+fn a_tight_surface_goes_through_little_that_is_known_at_the_border_of_the_overlap() {
+    // A wall, and before it something near of which the reference shows the right end: from x = 176 on. Another near thing is in the middle.
+    let size = (400, 300);
+    let h = Matrix3::new(1.0, 0.0, -200.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let model = Model { h, e: Vector3::new(40.0, 0.0, 0.0) };
+    let near = |x: f64, y: f64| (100.0..200.0).contains(&y) && (x < 200.0 || (290.0..310.0).contains(&x));
+    let depth = map(size, |x, y| if near(x, y) { 0.6 } else { 0.1 });
+    let completed = |tight_at_border| {
+        let shape = SurfaceShape { stiffness: 16.0, tight_at_border, ..Default::default() };
+        let options = CompletionOptions { keep_reliable: false, shape };
+        complete_depth(&depth, None, &model, size, None, &options, &mut ()).unwrap()
+    };
+    let [loose, tight] = [false, true].map(completed);
+    for x in [165.0, 185.0] {
+        let [loose, tight] = [&loose, &tight].map(|map| map.sample(x, 150.0));
+        assert!(loose < 0.2 && tight > 0.4, "{x}: {loose} {tight}");
+    }
+    // What is in the middle stays an outlier.
+    assert!(tight.sample(300.0, 150.0) < 0.2, "{}", tight.sample(300.0, 150.0));
+}
+
+#[test]
 fn far_outside_the_surface_becomes_a_plane_in_which_nothing_leans() {
     // A wall down to y = 150, and ground in front of it that comes nearer below. The target shows much to the left of the reference.
     let (size, other) = ((400, 300), (400, 300));

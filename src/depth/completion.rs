@@ -5,7 +5,7 @@ use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_grid, s
 use super::transfer::for_each_landing;
 use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model};
-use crate::image::{check_size, reserve};
+use crate::image::{check_size, reserve, reserve_more};
 use crate::observer::{Observer, report};
 use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
@@ -163,20 +163,14 @@ impl<'a> KnownDepth<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
-        let (w, h, values) = (depth.width(), depth.height(), depth.data());
-        for (x, y) in sample_grid((w, h)) {
-            let (point, depth) = ([x as f64, y as f64], f64::from(values[y * w + x]));
-            if !depth.is_nan() {
-                samples.push(DepthSample::new(other.model, point, depth));
-            }
-        }
+        push_samples(&depth, other.model, &mut samples)?;
         let (mut lines, mut equations) = (Vec::new(), None);
         if samples.len() + matches.len() >= LEAST_SAMPLES {
             // Two photos alone, which come with matches, have no better way to tell where a lamp post ends. In sets, where more is known, joined lines
             // displace more than they mend: 1.4 to 1.6 and 1.5 to 2.0 px in two of exact depth.
             lines = photo.map_or(Ok(Vec::new()), |photo| segments(photo, !matches.is_empty()))?;
             report(observer, Stage::Depth, 0.5)?;
-            equations = Equations::new(&samples, matches, (w, h), photo, &lines, &other)?;
+            equations = Equations::new(&samples, matches, depth.size(), photo, &lines, &other)?;
         }
         Ok(Self { depth, segments: lines, equations, other })
     }
@@ -184,6 +178,13 @@ impl<'a> KnownDepth<'a> {
     /// The straight lines of the photo that take part.
     pub fn segments(&self) -> &[LineSegment] {
         &self.segments
+    }
+
+    /// Samples of the map.
+    pub fn samples(&self) -> Result<Vec<DepthSample>> {
+        let mut found = Vec::new();
+        push_samples(&self.depth, self.other.model, &mut found)?;
+        Ok(found)
     }
 
     /// The surface through it; `None` when hardly anything is known.
@@ -212,4 +213,17 @@ impl<'a> KnownDepth<'a> {
         }
         Ok(Some(InverseDepth::from_values(filled, w, h)))
     }
+}
+
+/// Appends samples of a map that is NaN where it is not known; `model` leads to the other photo.
+fn push_samples(depth: &InverseDepth, model: &Model, out: &mut Vec<DepthSample>) -> Result<()> {
+    let (w, values) = (depth.width(), depth.data());
+    for (x, y) in sample_grid(depth.size()) {
+        let depth = f64::from(values[y * w + x]);
+        if !depth.is_nan() {
+            reserve_more(out, 1)?;
+            out.push(DepthSample::new(model, [x as f64, y as f64], depth));
+        }
+    }
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! How to show what only the target shows. Nothing measures depth there, so what counts is that it looks natural: the same
 //! surface is extrapolated in several ways, or a homography takes the place of both photos' depth: whichever is predicted to look best.
 
+use super::misalignment::Border;
 use super::models::{fit_homography, if_possible};
 use super::options::Options;
 use super::prediction::Prediction;
@@ -13,10 +14,12 @@ use crate::observer::{Observer, Portion};
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
 
-/// How stiff the surfaces to choose from are. A soft one aligns more, a stiff one distorts less; which looks better depends on the scene.
-const STIFFNESS: [f64; 2] = [1.0, 16.0];
+/// How stiff the surfaces to choose from are, and whether they are tight at the border of the overlap. A soft one aligns more, a stiff one distorts less;
+/// which looks better depends on the scene.
+const FITS: [(f64, bool); 3] = [(1.0, false), (16.0, false), (16.0, true)];
 /// The surface that says how far away things are outside: a soft one comes nearest to the truth.
-const EXPECTED: SurfaceShape = SurfaceShape { stiffness: 0.25, extrapolation: Extrapolation::Outward };
+const EXPECTED: SurfaceShape =
+    SurfaceShape { stiffness: 0.25, extrapolation: Extrapolation::Outward, tight_at_border: false };
 /// The target is looked at at so many points a side for that.
 const POINTS: usize = 32;
 /// By how much better a homography has to look, as it misses whatever is nearer or farther than its plane.
@@ -51,7 +54,8 @@ pub(super) fn complete(
     let first = &mut Portion::new(observer, 0.0, 0.4);
     let mut known =
         KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
-    let prediction = Prediction::new(photos, known.segments().to_vec())?;
+    let border = Border::new(&known, &target_matches, sizes[0], other)?;
+    let prediction = Prediction::new(photos, known.segments().to_vec(), border)?;
     let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
     };
@@ -98,7 +102,7 @@ fn best_surface(
     other: OtherView<'_>,
     size: (usize, usize),
 ) -> Result<Option<Candidate>> {
-    let mut ways = vec![Extrapolation::Surface, Extrapolation::Plane];
+    let mut ways = vec![Extrapolation::Surface];
     if let Some(slopes) = other.infinity {
         ways.push(Extrapolation::Outward);
         if let Some(surface) = known.surface(EXPECTED)?
@@ -106,11 +110,13 @@ fn best_surface(
         {
             ways.push(Extrapolation::FrontoParallel(depth));
         }
+    } else {
+        ways.push(Extrapolation::Plane);
     }
     let mut best: Option<Candidate> = None;
-    for stiffness in STIFFNESS {
+    for (stiffness, tight_at_border) in FITS {
         for &extrapolation in &ways {
-            let shape = SurfaceShape { stiffness, extrapolation };
+            let shape = SurfaceShape { stiffness, extrapolation, tight_at_border };
             let Some(surface) = known.surface(shape)? else { continue };
             let flaws = prediction.flaws(other.model, &|point| surface.at(point))?;
             if best.as_ref().is_none_or(|best| flaws < best.flaws) {

@@ -18,6 +18,7 @@ mod features;
 mod halved;
 pub mod many;
 mod memory;
+mod misalignment;
 mod models;
 mod options;
 mod picture;

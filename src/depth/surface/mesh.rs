@@ -47,6 +47,13 @@ pub(super) struct Term {
     pub weight: f64,
 }
 
+/// What a sample says.
+pub(super) struct Datum {
+    pub term: Term,
+    /// How near the border of the overlap it is: from 0, far away, to 1.
+    pub nearness: f64,
+}
+
 impl Term {
     pub fn value(&self, x: &[f64]) -> f64 {
         self.nodes.iter().zip(self.coefficients).map(|(&n, c)| c * x[n]).sum()
@@ -105,16 +112,21 @@ impl Mesh {
     }
 
     /// What the samples say.
-    pub fn data(&self, samples: &[DepthSample], weight: f64, plane: [f64; 3], parallax: f64, out: &mut Vec<Term>) {
+    pub fn data(
+        &self,
+        samples: &[DepthSample],
+        weight: f64,
+        plane: [f64; 3],
+        parallax: f64,
+        nearness: &dyn Fn(&DepthSample) -> f64,
+        out: &mut Vec<Datum>,
+    ) {
         out.extend(samples.iter().map(|s| {
             let (nodes, weights) = self.cell(s.point);
             let ratio = (s.parallax / parallax).clamp(0.1, 10.0);
-            Term {
-                nodes,
-                coefficients: weights.map(|w| w * ratio),
-                target: (s.depth - plane_depth(plane, s.point)) * parallax * ratio,
-                weight,
-            }
+            let target = (s.depth - plane_depth(plane, s.point)) * parallax * ratio;
+            let term = Term { nodes, coefficients: weights.map(|w| w * ratio), target, weight };
+            Datum { term, nearness: nearness(s) }
         }));
     }
 
