@@ -79,8 +79,8 @@ const REFINE_FULL_SIZE: u64 = 6_000_000;
 
 /// Depth from the photos alone: dense maps and the sums that they are made of.
 const DENSE: u64 = 22;
-/// Completing one map: the banded equations of a mesh, what is known of the map, and the search for line segments.
-const MESH: u64 = 4_300_000;
+/// Completing one map: the banded equations of a mesh, what is known of the map and of the border, and the search for line segments.
+const MESH: u64 = 5_000_000;
 const COMPLETE: u64 = MAP + 20;
 
 /// Vertices in fixed point.
