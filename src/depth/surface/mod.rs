@@ -94,23 +94,25 @@ impl<'a> OtherView<'a> {
     /// How far in pixels inside of the other photo's border a point with this depth lands; negative outside, and behind its
     /// camera.
     pub(super) fn inset(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
-        let Some([u, v]) = self.model.project(x, y, depth) else { return f64::NEG_INFINITY };
-        let within = |p: f64, side: usize| p.min((side - 1) as f64 - p);
-        within(u, self.size.0).min(within(v, self.size.1))
+        self.model.project(x, y, depth).map_or(f64::NEG_INFINITY, |place| inset(place, self.size))
     }
 
     /// How near the border of the overlap a sample of a photo of this size is, whichever photo's border that is: from 0, far away, to 1.
-    pub(crate) fn nearness(&self, sample: &DepthSample, (w, h): (usize, usize)) -> f64 {
-        let [x, y] = sample.point;
-        let own = x.min((w - 1) as f64 - x).min(y.min((h - 1) as f64 - y));
-        let inset = own.min(self.inset(sample.point, sample.depth)).max(0.0);
-        libm::exp(-inset / (NEAR_BORDER * diagonal(self.size)))
+    pub(crate) fn nearness(&self, sample: &DepthSample, size: (usize, usize)) -> f64 {
+        let distance = inset(sample.point, size).min(self.inset(sample.point, sample.depth)).max(0.0);
+        libm::exp(-distance / (NEAR_BORDER * diagonal(self.size)))
     }
 
     /// How far in pixels outside of the other photo a point with this depth lands, 0 inside; infinitely far behind its camera.
     pub(crate) fn distance(&self, [x, y]: [f64; 2], depth: f64) -> f64 {
         self.model.project(x, y, depth).map_or(f64::INFINITY, |place| outside(place, self.size))
     }
+}
+
+/// How far in pixels a place is inside of the border of a photo of this size; negative outside.
+fn inset([u, v]: [f64; 2], (w, h): (usize, usize)) -> f64 {
+    let within = |p: f64, side: usize| p.min((side - 1) as f64 - p);
+    within(u, w).min(within(v, h))
 }
 
 /// How far in pixels a place is outside of a photo of this size, 0 inside.
