@@ -14,25 +14,23 @@ use crate::statistics::nth;
 const MOST_STRETCH: f64 = 4.0;
 /// So is one that looks more than 60° to the side on a plane, where it would have no end: the cosine.
 const WIDEST: f64 = 0.5;
-/// A view in which the nearer things of another photo appear longer than there by more than this is a poor one of that.
-const MAX_ENLARGEMENT: f64 = 1.4;
 
-/// The photo from which the others are the least far away: the largest distance of their middles from its own is the smallest.
-/// For a `plane` it is one in whose view most of the others can be shown. Of photos taken on the way forward it is an early one, as all
-/// that is beside the way is blurred in the later ones' views.
+/// The photo from which the others are the least far away: the largest distance of their middles from its own and the logarithm of the largest
+/// [`enlargement`], in area, make up the least. For a `plane` it is one in whose view most of the others can be shown. Of photos taken
+/// on the way forward it is an early one, as all that is beside the way is drawn out and blurred in the later ones' views.
 pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView, plane: bool) -> usize {
-    let mut best: Option<((usize, usize, f64), usize)> = None;
+    let mut best: Option<((usize, f64), usize)> = None;
     for &photo in candidates {
-        let (mut shown, mut sharp, mut farthest) = (0, 0, 0.0f64);
+        let (mut shown, mut farthest, mut enlarged) = (0, 0.0f64, 1.0f64);
         for &other in candidates.iter().filter(|other| **other != photo) {
             if !plane || can_be_shown(&ManyPicture::plane(photo), other, sizes, geometry) {
                 shown += 1;
-                sharp += usize::from(enlargement([other, photo], geometry) < MAX_ENLARGEMENT);
+                enlarged = enlarged.max(enlargement([other, photo], geometry));
                 let there = distance(sizes, [other, photo], geometry);
                 farthest = farthest.max(there + distance(sizes, [photo, other], geometry));
             }
         }
-        let found = (shown, sharp, -farthest);
+        let found = (shown, -(farthest + 2.0 * libm::log(enlarged)));
         if best.is_none_or(|(most, _)| found.partial_cmp(&most).is_some_and(Ordering::is_gt)) {
             best = Some((found, photo));
         }
