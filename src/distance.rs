@@ -8,7 +8,7 @@ use crate::image::{filled, reserve};
 
 /// Step lengths of the 5-7 chamfer distance: within 8 % of the Euclidean one, exact in integers.
 pub(crate) const STRAIGHT: u32 = 5;
-const DIAGONAL: u16 = 7;
+pub(crate) const DIAGONAL: u16 = 7;
 /// Farther than any distance that makes a difference.
 pub(crate) const FAR: u16 = u16::MAX;
 /// Cells handled together.

@@ -180,7 +180,7 @@ impl<'a> CostRows<'a> {
                 let first = f32::from(middle) - HALF as f32;
                 let line = search.line(x + i, y, inverse);
                 *outside = rays.set(i, &line, first, search.every as i32, most);
-                if masked {
+                if masked && *outside != NOWHERE {
                     *outside |= search.missing([x + i, y], &line, first);
                 }
             }
@@ -263,6 +263,12 @@ impl Search<'_> {
             return NOWHERE;
         }
         let place = |k: usize| [0, 1].map(|c| line.place[c] + (first + k as f32) * line.direction[c]);
+        // No label is farther from the middle one, with what rounding to pixels adds.
+        let [dx, dy] = line.direction.map(f32::abs);
+        let reach = (HALF as f32 * if dx > dy { dx } else { dy }) as usize + 2;
+        if self.to.is_there_around(place(LABELS / 2), reach) {
+            return 0;
+        }
         (0..LABELS).map(|k| u16::from(self.to.is_missing(place(k))) << k).sum()
     }
 

@@ -1,6 +1,6 @@
 //! The search from small images to full size: each level searches around the corrections of the coarser one.
 
-use super::census::{HALF, LABELS, RADIUS, Search};
+use super::census::{HALF, LABELS, Search};
 use super::consistency::{INSIDE, Map, consistent, reliable};
 use super::epipolar_line::EpipolarLines;
 use super::extrapolation::extrapolated;
@@ -140,14 +140,11 @@ fn labels(shifts: &[f32], step: f32) -> Result<Vec<i16>> {
 /// Marks pixels by the left–right check, and as reliable those that pass it among enough others.
 fn check(sides: &mut [Side<'_>; 2], level: usize) -> Result<[Vec<u8>; 2]> {
     let scale = 1 << level;
-    let near_missing = |side: &Side<'_>| side.pyramid[level].near_missing(RADIUS);
-    let missing = [near_missing(&sides[0])?, near_missing(&sides[1])?];
-    let [a, b] = [(&sides[0], &missing[0]), (&sides[1], &missing[1])].map(|(side, missing)| Map {
+    let [a, b] = [&sides[0], &sides[1]].map(|side| Map {
         depth: &side.depth,
-        width: side.pyramid[level].width,
         scale,
         model: side.lines.model,
-        missing: missing.as_deref(),
+        photo: &side.pyramid[level],
     });
     let marks = [consistent(&a, &b)?, consistent(&b, &a)?];
     for (side, marks) in sides.iter_mut().zip(&marks) {

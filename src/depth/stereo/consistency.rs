@@ -1,5 +1,7 @@
 //! The left–right check: where the two refined maps agree.
 
+use super::census;
+use super::gray::Gray;
 use crate::Result;
 use crate::geometry::{Model, epipolar_direction};
 use crate::image::zeroed;
@@ -7,16 +9,16 @@ use crate::image::zeroed;
 /// Inverse depth at 1/`scale` of a photo's size, and the model to the other photo.
 pub(super) struct Map<'a> {
     pub depth: &'a [f32],
-    pub width: usize,
     pub scale: usize,
     pub model: &'a Model,
-    /// Pixels whose window touches one that is not there, if any does.
-    pub missing: Option<&'a [bool]>,
+    /// The photo at that size.
+    pub photo: &'a Gray,
 }
 
 impl Map<'_> {
+    /// Whether the window around a pixel touches one that is not there.
     fn is_missing(&self, at: usize) -> bool {
-        self.missing.is_some_and(|missing| missing.get(at) == Some(&true))
+        self.photo.is_near_missing(at, census::RADIUS as u32)
     }
 }
 
@@ -33,8 +35,10 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
     let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;
     let mut marks: Vec<u8> = zeroed(own.depth.len())?;
-    for (y, (marks, depths)) in marks.chunks_exact_mut(own.width).zip(own.depth.chunks_exact(own.width)).enumerate() {
-        let row = y * own.width;
+    for (y, (marks, depths)) in
+        marks.chunks_exact_mut(own.photo.width).zip(own.depth.chunks_exact(own.photo.width)).enumerate()
+    {
+        let row = y * own.photo.width;
         let y = y as f64 * scale + middle;
         for (x, (mark, &d)) in marks.iter_mut().zip(depths).enumerate() {
             let at = row + x;
@@ -43,10 +47,10 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
             let third = if w > 0.0 { 1.0 / w } else { continue };
             let (u, v) = (u * third, v * third);
             let [bu, bv] = [u, v].map(|p| ((p - middle) * inverse + 0.5).floor());
-            if !(bu >= 0.0 && bv >= 0.0 && bu < other.width as f64) {
+            if !(bu >= 0.0 && bv >= 0.0 && bu < other.photo.width as f64) {
                 continue;
             }
-            let place = bv as usize * other.width + bu as usize;
+            let place = bv as usize * other.photo.width + bu as usize;
             let Some(&there) = other.depth.get(place) else { continue };
             if own.is_missing(at) || other.is_missing(place) {
                 continue;

@@ -2,7 +2,7 @@
 
 use wide::{i16x8, i32x4};
 
-use crate::distance::{STRAIGHT, distance};
+use crate::distance::{DIAGONAL, STRAIGHT, distance};
 use crate::image::{filled, zeroed};
 use crate::lanes::BYTE_LANES;
 use crate::luma::rec601_level;
@@ -17,8 +17,8 @@ pub(super) const FRACTION: i32 = 12;
 /// Luma with a margin.
 pub(super) struct Gray {
     data: Vec<u8>,
-    /// Pixels that are not there, without a margin; `None` where all are.
-    missing: Option<Vec<bool>>,
+    /// The [`distance`] of each pixel from the nearest one that is not there, without a margin; `None` where all are.
+    from_missing: Option<Vec<u16>>,
     pub width: usize,
     pub height: usize,
     pub stride: usize,
@@ -33,18 +33,20 @@ impl Gray {
             let row = rows.next().unwrap_or_default();
             out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = rec601_level(pixel));
         })?;
-        Ok(Self { missing: missing(*image)?, ..gray })
+        let from_missing = missing(*image)?.map(|missing| distance(missing.len(), width, &|at| missing[at]));
+        Ok(Self { from_missing: from_missing.transpose()?, ..gray })
     }
 
     /// Half the size: means of 2×2 pixels, not there where one of them is not.
     pub fn half(&self) -> Result<Self> {
         let half = Self::halved_values(self)?;
-        let Some(missing) = &self.missing else { return Ok(half) };
-        let mut halved = filled(half.width * half.height, false)?;
-        for (at, _) in missing.iter().enumerate().filter(|(_, missing)| **missing) {
-            halved[at / self.width / 2 * half.width + at % self.width / 2] = true;
+        let Some(from_missing) = &self.from_missing else { return Ok(half) };
+        let mut missing = filled(half.width * half.height, false)?;
+        for (at, _) in from_missing.iter().enumerate().filter(|(_, distance)| **distance == 0) {
+            missing[at / self.width / 2 * half.width + at % self.width / 2] = true;
         }
-        Ok(Self { missing: Some(halved), ..half })
+        let from_missing = distance(missing.len(), half.width, &|at| missing[at])?;
+        Ok(Self { from_missing: Some(from_missing), ..half })
     }
 
     fn halved_values(&self) -> Result<Self> {
@@ -65,30 +67,41 @@ impl Gray {
             fill(y, &mut row[MARGIN..MARGIN + width]);
             pad(row, width);
         }
-        Ok(Self { data, missing: None, width, height, stride })
+        Ok(Self { data, from_missing: None, width, height, stride })
     }
 
     /// Whether any pixel is not there.
     pub fn is_masked(&self) -> bool {
-        self.missing.is_some()
+        self.from_missing.is_some()
     }
 
     /// Whether the pixel nearest to a place is one that is not there; outside of the frame none is.
-    pub fn is_missing(&self, [x, y]: [f32; 2]) -> bool {
-        let Some(missing) = &self.missing else { return false };
-        let [x, y] = [x, y].map(|v| (v + 0.5).floor());
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
-        inside && missing[y as usize * self.width + x as usize]
+    #[inline]
+    pub fn is_missing(&self, place: [f32; 2]) -> bool {
+        self.distance_at(place) == Some(0)
     }
 
-    /// Pixels at most so many away from one that is not there; `None` where all are there.
-    pub fn near_missing(&self, pixels: usize) -> Result<Option<Vec<bool>>> {
-        let Some(missing) = &self.missing else { return Ok(None) };
-        let distances = distance(missing.len(), self.width, &|at| missing[at])?;
-        let mut near = filled(missing.len(), false)?;
-        let most = pixels as u32 * STRAIGHT;
-        near.iter_mut().zip(distances).for_each(|(near, distance)| *near = u32::from(distance) <= most);
-        Ok(Some(near))
+    /// Whether all pixels up to so many to either side of the nearest to a place, and above and below, are there; that cannot be said outside of
+    /// the frame.
+    #[inline]
+    pub fn is_there_around(&self, place: [f32; 2], pixels: usize) -> bool {
+        !self.is_masked()
+            || self.distance_at(place).is_some_and(|distance| distance as usize > pixels * DIAGONAL as usize)
+    }
+
+    /// Whether a pixel, row by row, is at most so many away from one that is not there.
+    pub fn is_near_missing(&self, at: usize, pixels: u32) -> bool {
+        let distance = self.from_missing.as_ref().and_then(|distances| distances.get(at));
+        distance.is_some_and(|&distance| u32::from(distance) <= pixels * STRAIGHT)
+    }
+
+    /// The distance of the pixel nearest to a place from one that is not there; `None` outside of the frame.
+    #[inline]
+    fn distance_at(&self, place: [f32; 2]) -> Option<u16> {
+        let [x, y] = place.map(|v| v + 0.5);
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
+        let distances = self.from_missing.as_ref().filter(|_| inside)?;
+        distances.get(y as usize * self.width + x as usize).copied()
     }
 
     /// Row `y`, clamped to the frame; pixel x is at `MARGIN + x`.
