@@ -4,6 +4,7 @@
 mod scene;
 
 use depthstitch::InverseDepth;
+use depthstitch::geometry::MultiViewKind;
 use depthstitch::pipeline::many::{ManyOptions, PhotoCode, align_many, stitch_many};
 use depthstitch::report::Warning;
 use depthstitch::warp::Projection;
@@ -63,6 +64,15 @@ fn cameras_alone_make_depth_and_depth_alone_is_brought_to_the_cameras_found() {
     given.iter_mut().zip(&wrong).for_each(|(photo, depth)| photo.depth = Some(depth));
     let done = stitch_many(&given, &options, &mut ()).unwrap();
     assert_eq!(done.warnings, [Warning::DepthInconsistent]);
+}
+
+/// Cameras in one place, which is not the origin: their places are the same up to rounding.
+#[test]
+fn known_cameras_that_only_turned_have_no_parallax() {
+    let views = gallery_from(&[[0.3, 0.2, -0.3], [0.3, 0.2, 0.0], [0.3, 0.2, 0.3]]);
+    assert!(camera(&views.0[0]).translation.norm() > 0.1);
+    let done = stitch_many(&with_cameras(&views, &[]), &ManyOptions::default(), &mut ()).unwrap();
+    assert_eq!(done.geometry, MultiViewKind::Rotations);
 }
 
 /// By the near wall, which most of the last photo shows, nothing would be stretched on the plane: but the house would.

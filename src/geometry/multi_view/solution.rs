@@ -14,6 +14,8 @@ use crate::geometry::{DepthSample, Distortion, Model};
 use crate::rect::diagonal;
 use crate::statistics::median;
 
+/// Cameras closer together than this share of how far from the origin they are stand in one place: the rest is rounding.
+const ONE_PLACE: f64 = 1e-9;
 /// A photo needs so many exact places to be adjusted to them alone.
 const FEWEST_EXACT: usize = 20;
 
@@ -72,7 +74,8 @@ impl MultiView {
         let mut scene = Scene::new(lenses, &focal);
         scene.cameras = cameras.iter().copied().map(Some).collect();
         scene.triangulate(&tracks(lenses, links), TOLERANCE);
-        let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > 0.0);
+        let farthest = cameras.iter().map(|camera| camera.translation.norm()).fold(0.0, f64::max);
+        let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > ONE_PLACE * farthest);
         let kind = if moved { MultiViewKind::Cameras } else { MultiViewKind::Rotations };
         let solved = Solved::Scene(Box::new(scene));
         Self { kind, contradicting: Vec::new(), given: true, lenses: lenses.to_vec(), prior: focal.prior, solved }
@@ -193,8 +196,14 @@ impl MultiView {
 
     /// The map from one photo to another, in pixels, d being 1/z in the cameras' unit. `None` unless both have a place.
     pub fn model(&self, photos: [usize; 2]) -> Option<Model> {
+        if photos[0] == photos[1] {
+            return self.is_placed(photos[0]).then(|| Model::homography(Matrix3::identity()));
+        }
         match &self.solved {
-            Solved::Scene(scene) => scene.model(&self.lenses, photos),
+            Solved::Scene(scene) => {
+                let model = scene.model(&self.lenses, photos)?;
+                Some(if self.kind == MultiViewKind::Rotations { Model::homography(model.h) } else { model })
+            }
             Solved::Chain { chain, .. } => {
                 let [from, to] = photos.map(|photo| &self.lenses[photo]);
                 Some(Model::homography(to.to_pixels() * (chain.between(photos)? * from.to_centred())))

@@ -79,12 +79,8 @@ impl ManyPicture {
     /// The maps from a photo to the rays of the screen, or the pixels of the plane, and back, for a picture whose first pixel is at
     /// `at`.
     pub fn models(&self, geometry: &MultiView, photo: usize, at: [i64; 2]) -> Option<[Model; 2]> {
-        let models = if photo == self.reference {
-            [Model::homography(Matrix3::identity()); 2]
-        } else {
-            [geometry.model([photo, self.reference])?, geometry.model([self.reference, photo])?]
-        };
-        Some(self.shown.models(models.each_ref(), at))
+        let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(|pair| geometry.model(pair));
+        Some(self.shown.models([&forward?, &reverse?], at))
     }
 
     /// The screen of a picture whose first pixel is at `at`.
@@ -133,9 +129,6 @@ impl ManyPicture {
 
 /// Where a photo is in the reference's view; `None` without a place.
 fn placed(photo: usize, reference: usize, sizes: &[Size], geometry: &MultiView) -> Option<Placed> {
-    if photo == reference {
-        return Some(Placed::reference(sizes[reference]));
-    }
     let pair = [photo, reference];
     Some(Placed { size: sizes[photo], model: geometry.model(pair)?, depth: typical_depth(geometry, pair) })
 }

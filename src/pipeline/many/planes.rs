@@ -2,13 +2,11 @@
 //! for Image-based Rendering*, 2009): the planes are those that textured places of all photos lie on, and each part of a photo gets the
 //! one by which it looks alike in the others, with few changes between parts.
 
-use nalgebra::Matrix3;
-
 use super::plane_parts::{NeighbourView, PlaneDepth, Scene};
 use super::views::{Views, brightness_at, textured};
 use crate::depth::sample_grid;
 use crate::features::Luma;
-use crate::geometry::{DepthSample, Model, MultiView, tile_planes, weighted_plane};
+use crate::geometry::{DepthSample, MultiView, tile_planes, weighted_plane};
 use crate::rect::diagonal;
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
@@ -81,7 +79,7 @@ fn textured_samples<'a>(
     (width, height): (usize, usize),
     geometry: &MultiView,
 ) -> impl Iterator<Item = ([f64; 2], f64)> + use<'a> {
-    let model = if from == to { Some(Model::homography(Matrix3::identity())) } else { geometry.model([from, to]) };
+    let model = geometry.model([from, to]);
     let scale = view.width as f64 / map.width() as f64;
     sample_grid(map.size()).filter_map(move |(x, y)| {
         let depth = f64::from(map.data()[y * map.width() + x]);
@@ -126,12 +124,12 @@ fn find(samples: Vec<DepthSample>, size: (usize, usize), tolerance: f64) -> Vec<
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use nalgebra::Vector3;
+    use nalgebra::{Matrix3, Vector3};
 
     use super::super::views::view;
     use super::*;
     use crate::Image;
-    use crate::geometry::plane_depth;
+    use crate::geometry::{Model, plane_depth};
 
     const SIZE: (usize, usize) = (320, 240);
     /// Where the wall stands on the floor; above it is a patterned board.
