@@ -4,6 +4,7 @@
 mod scene;
 
 use depthstitch::observer::Observer;
+use depthstitch::pipeline::many::{ManyOptions, stitch_many};
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::{Stage, View};
 use scene::{MatchOptions, Photos};
@@ -63,4 +64,17 @@ fn progress_never_goes_back() {
     let mut recorder = Recorder { seen: Vec::new(), stop: |stage, at| stage == Stage::Detect && at > 0.6 };
     let error = stitch(None, photos.target(), photos.reference(), &Options::default(), &mut recorder).unwrap_err();
     assert_eq!(error.code(), "aborted");
+}
+
+#[test]
+fn progress_of_no_stage_goes_back_with_many_photos() {
+    let views = scene::gallery_from(&[[-0.4, 0.0, -0.1], [0.0, 0.0, 0.0], [0.4, 0.0, 0.1]]);
+    let mut recorder = Recorder { seen: Vec::new(), stop: |_, _| false };
+    stitch_many(&scene::photos(&views), &ManyOptions::default(), &mut recorder).unwrap();
+    for stage in ORDER {
+        let seen: Vec<f32> = recorder.seen.iter().filter(|(other, _)| *other == stage).map(|(_, at)| *at).collect();
+        for pair in seen.windows(2) {
+            assert!(pair[1] >= pair[0], "{stage} goes back from {} to {}", pair[0], pair[1]);
+        }
+    }
 }

@@ -1,7 +1,5 @@
 //! The first half: features → pair graph → geometry → depth, and which photos can be shown in whose view.
 
-use nalgebra::Matrix3;
-
 use super::check::check;
 use super::depth::{PhotoDepth, depths};
 use super::graph::PhotoPair;
@@ -14,7 +12,7 @@ use super::visible::VisiblePhotos;
 use super::{ManyOptions, view};
 use crate::features::Features;
 use crate::geometry::{Model, MultiView, MultiViewKind};
-use crate::observer::Observer;
+use crate::observer::{Observer, Portion};
 use crate::pipeline::timer::StageTimer;
 use crate::warp::Projection;
 use crate::{Image, InverseDepth, Result, Stage, View};
@@ -40,8 +38,9 @@ pub struct ManyAlignment {
 /// Finds the place of each photo, and its inverse depth.
 ///
 /// # Errors
-/// `invalid-argument` for fewer than two or more than thirty photos, a reference that is none of them, a distortion beyond −1 to 1, or a
-/// focal length that is no positive number; `too-large` when the predicted peak exceeds
+/// `invalid-argument` for fewer than two or more than thirty photos, a photo that is nowhere there, a reference that is none of them, a distortion
+/// beyond −1 to 1, a focal length that is no positive number, cameras of some photos only or without focal length, a matrix that is no rotation or a
+/// translation that is not finite; `size-mismatch` for depth of another size than its photo's; `too-large` when the predicted peak exceeds
 /// [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes), before anything is allocated; `no-consensus` when no two
 /// photos match, or the reference matches none; those of [`detect`](crate::features::detect),
 /// [`match_features`](crate::features::match_features), [`estimate`](crate::geometry::estimate) and
@@ -80,7 +79,8 @@ pub(super) fn align_timed(
     }
     codes[reference] = PhotoCode::Used;
     let views: Vec<View<'_>> = photos.iter().map(Photo::view).collect();
-    let depths = depths(&views, &used, reference, &geometry, &links, stages.refine.as_ref(), observer)?;
+    let measuring = &mut Portion::of_stage(observer, Stage::Depth, 0.0, 1.0);
+    let depths = depths(&views, &used, reference, &geometry, &links, stages.refine.as_ref(), measuring)?;
     timer.end(Stage::Depth, observer);
     // What is farther than most of a photo may be stretched where that is not.
     let suits = |photo: &usize| {
@@ -122,9 +122,8 @@ impl ManyAlignment {
 
     /// As [`ManyAlignment::map`], for the result.
     pub(super) fn take_map(&mut self, photo: usize, undistorted: Option<Image>) -> Option<PhotoMap> {
-        let itself = Model::homography(Matrix3::identity());
-        let towards = |pair: [usize; 2]| if pair[0] == pair[1] { Some(itself) } else { self.geometry.model(pair) };
-        let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(towards);
+        let pairs = [[photo, self.reference], [self.reference, photo]];
+        let [forward, reverse] = pairs.map(|pair| self.geometry.model(pair));
         Some(PhotoMap {
             forward: forward?,
             reverse: reverse?,

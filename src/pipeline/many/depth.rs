@@ -20,6 +20,8 @@ const NEIGHBOURS: usize = 2;
 /// what it found: but not where more than this is known already.
 const ROUNDS: usize = 2;
 const ENOUGH_KNOWN: f64 = 0.5;
+/// How much of the work the maps through the landmarks are, about.
+const PRIORS: f32 = 0.1;
 /// A neighbour that sees things shifted by less than this is no help, and beyond that a farther one is no better: shares of
 /// the diagonal.
 const LEAST_SHIFT: f64 = 0.001;
@@ -73,10 +75,10 @@ pub(super) fn depths(
     };
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
     let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
-    let count = used.len() as f32;
+    let share = PRIORS / used.len() as f32;
     for (i, &photo) in used.iter().enumerate() {
         observer.subject(Subject::Photo(photo));
-        let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
+        let mut portion = Portion::new(observer, share * i as f32, share * (i + 1) as f32);
         let other = best(photo).or_else(|| used.iter().copied().find(|other| *other != photo));
         if let (Some(own), Some(other)) = (views[photo].depth, other)
             && let Some(map) = given_depth(own, [photo, other], photos, geometry, &mut portion)?
@@ -87,6 +89,7 @@ pub(super) fn depths(
             depths[photo] = prior(&geometry.samples(photo, other), photos[photo], &mut portion)?;
         }
     }
+    let observer = &mut Portion::new(observer, PRIORS, 1.0);
     for round in 0..ROUNDS {
         // What is known well already needs no better start.
         let poor = |photo: &usize| {

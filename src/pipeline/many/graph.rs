@@ -18,6 +18,8 @@ const STRONGEST: usize = 400;
 /// agree: a photo with many neighbours needs not all matches with each.
 const FIRST: usize = 2000;
 const ENOUGH: usize = 300;
+/// How much of the work on a pair that is.
+const QUICK: f32 = 0.2;
 /// Fewer inliers say nothing about a pair, though they may be more than chance.
 pub(super) const FEWEST: usize = 20;
 
@@ -78,12 +80,15 @@ pub(super) fn pair_graph(features: &[Features], options: &Options, observer: &mu
         let large = features.len() > CANDIDATES && a.keypoints.len().max(b.keypoints.len()) > FIRST;
         let few = large.then(|| [a, b].map(|features| strongest(features, FIRST)));
         let found = match &few {
-            Some([a, b]) => Some(compare(photos, [a, b], options, &mut Portion::new(&mut portion, 0.0, 0.2))?),
+            Some([a, b]) => Some(compare(photos, [a, b], options, &mut Portion::new(&mut portion, 0.0, QUICK))?),
             None => None,
         };
         let (pair, link) = match found.filter(|(pair, _)| pair.inliers >= ENOUGH) {
             Some(found) => found,
-            None => compare(photos, [a, b], options, &mut portion)?,
+            None => {
+                let from = if few.is_some() { QUICK } else { 0.0 };
+                compare(photos, [a, b], options, &mut Portion::new(&mut portion, from, 1.0))?
+            }
         };
         graph.links.extend(link);
         graph.pairs.push(pair);

@@ -9,7 +9,7 @@ use crate::features::{
 use crate::geometry::{Model, ModelKind, MultiView, PairLink, Sight};
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
-use crate::{ImageView, Result, Stage};
+use crate::{ImageView, Result};
 
 /// A pair with more matches needs no others.
 const ENOUGH: usize = 300;
@@ -35,17 +35,19 @@ pub(super) fn more_matches(
     let count = pairs.len() as f32;
     for (i, pair) in pairs.iter().enumerate() {
         observer.subject(Subject::Pair(pair.photos));
-        let mut portion = Portion::of_stage(observer, Stage::Match, i as f32 / count, (i + 1) as f32 / count);
+        let mut portion = Portion::new(observer, i as f32 / count, (i + 1) as f32 / count);
         let [a, b] = pair.photos;
         let link = links.iter().find(|link| link.photos == pair.photos);
         if link.is_none_or(|link| link.matches.len() < ENOUGH) {
             if depths[a].is_none() {
-                depths[a] = prior(&geometry.samples(a, b), photos[a], &mut portion)?;
+                let interpolating = &mut Portion::new(&mut portion, 0.0, 0.5);
+                depths[a] = prior(&geometry.samples(a, b), photos[a], interpolating)?;
             }
             if let (Some(model), Some(depth)) = (geometry.model([a, b]), &depths[a]) {
                 let both = [&features[a], &features[b]];
                 let known = link.map_or(&[][..], |link| &link.features);
-                let link = again(pair.photos, both, known, model, depth, options, &mut portion)?;
+                let matching = &mut Portion::new(&mut portion, 0.5, 1.0);
+                let link = again(pair.photos, both, known, model, depth, options, matching)?;
                 if link.matches.len() >= FEWEST {
                     found.push(link);
                     continue;
@@ -67,9 +69,10 @@ pub(super) fn refine(
 ) -> Result<()> {
     geometry.refine(links);
     let mut scenes: Vec<Option<(Luma, Option<PhotoDepth>)>> = Vec::new();
+    let count = photos.len() as f32;
     for (photo, image) in photos.iter().enumerate() {
         observer.subject(Subject::Photo(photo));
-        let mut portion = Portion::of_stage(observer, Stage::Estimate, photo as f32 / photos.len() as f32, 1.0);
+        let mut portion = Portion::new(observer, photo as f32 / count, (photo + 1) as f32 / count);
         let link = links.iter().find(|link| link.photos.contains(&photo));
         scenes.push(match link {
             Some(link) => {

@@ -8,7 +8,7 @@ use super::result::{Photo, PhotoCode};
 use super::undistorted::UndistortedPhotos;
 use crate::features::Features;
 use crate::geometry::{Camera, Distortion, Lens, MultiView, MultiViewKind, PairLink, multi_view};
-use crate::observer::{Observer, Subject, report};
+use crate::observer::{Observer, Portion, Subject, report};
 use crate::pipeline::timer::StageTimer;
 use crate::{Error, ImageView, Result, Stage};
 
@@ -87,8 +87,9 @@ pub(super) fn locate(
         let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
         let consistent: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
         let matching = &stages.features.matching;
-        links = more_matches(&images, &features, &graph.pairs, &consistent, &geometry, matching, observer)?;
-        refine(&images, &links, &mut geometry, observer)?;
+        let again = &mut Portion::of_stage(observer, Stage::Estimate, 0.0, 0.5);
+        links = more_matches(&images, &features, &graph.pairs, &consistent, &geometry, matching, again)?;
+        refine(&images, &links, &mut geometry, &mut Portion::of_stage(observer, Stage::Estimate, 0.5, 1.0))?;
     }
     let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
     group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
