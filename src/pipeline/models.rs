@@ -84,9 +84,9 @@ fn fit<'a>(
         found
     };
     let without = if_possible(fit_two_view(matches, views, options, &mut Portion::new(observer, 0.5, 1.0)))?;
-    match (without, &first) {
-        (Some(found), _) if found.geometry.kind != ModelKind::Homography => Ok(ignoring(found)),
-        (Some(flat), Ok(first)) if first.geometry.kind != ModelKind::Homography => Ok(ignoring(flat)),
+    let flat = |found: &Alignment<'_>| found.geometry.kind == ModelKind::Homography;
+    match without {
+        Some(found) if !flat(&found) || !first.as_ref().is_ok_and(flat) => Ok(ignoring(found)),
         _ => first,
     }
 }

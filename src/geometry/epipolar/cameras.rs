@@ -38,21 +38,19 @@ pub(super) fn two_cameras(
         return None;
     }
     let deviation = focal.map_or(FOCAL[1], |_| KNOWN_FOCAL);
-    let mut best: Option<(TwoCameras, f64)> = None;
-    for [target, reference] in cameras(sizes, focal) {
+    let fit = |[target, reference]: [Camera; 2]| {
         let mut rays: Vec<Rays> = matches.iter().map(|[x, u]| [target.ray(*x), reference.ray(*u)]).collect();
         let back = reference.matrix().try_inverse()?;
         let essential = (back * model.e).cross_matrix() * (back * model.h * target.matrix());
         let start = in_front(&rays, &decompose(&essential)?)?;
         let (found, cost) = refine_cameras(&rays, start, NOISE / reference.focal, deviation);
-        if cost.is_finite() && best.as_ref().is_none_or(|(_, least)| cost < *least) {
-            rays.iter_mut().for_each(|ray| *ray = found.rays(ray));
-            // Of the four motions of an essential matrix. Before the refinement it is not always to be told which is the right one.
-            let motion = in_front(&rays, &decompose(&found.essential())?)?;
-            best = Some((TwoCameras { rays, motion, back }, cost));
-        }
-    }
-    best.map(|(found, _)| found)
+        rays.iter_mut().for_each(|ray| *ray = found.rays(ray));
+        // Of the four motions of an essential matrix. Before the refinement it is not always to be told which is the right one.
+        let motion = in_front(&rays, &decompose(&found.essential())?)?;
+        Some((TwoCameras { rays, motion, back }, cost))
+    };
+    let fits = cameras(sizes, focal).into_iter().filter_map(fit).filter(|(_, cost)| cost.is_finite());
+    fits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(found, _)| found)
 }
 
 /// A pinhole camera with square pixels.

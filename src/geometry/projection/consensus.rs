@@ -124,8 +124,8 @@ pub(in crate::geometry) fn homographies(
         let rest = points.select(&open);
         let all: Vec<usize> = (0..rest.len()).collect();
         let found = ransac(&estimator, &rest, &all, config, sampler, Found::none());
-        let Some(model) = found.model else { break };
         trials += found.trials;
+        let Some(model) = found.model else { break };
         let inliers = inliers_of(&rest, &model, config.scales.narrowest());
         if count(inliers.iter().copied()) < min_inliers(left.len()) {
             break;
