@@ -15,7 +15,7 @@ use crate::{Error, Result, Stage};
 /// Fits H∞ and e' in both directions (paper, algorithm 1).
 ///
 /// Returns the homography with e' = 0, and a warning that says why: a frame has no depth, fewer than six matches have
-/// depth, parallax is not observable, or ([`Warning::DepthInconsistent`]) the matches do show parallax, but not that of the
+/// depth (or fewer than thirty and less than half of them), parallax is not observable, or ([`Warning::DepthInconsistent`]) the matches do show parallax, but not that of the
 /// depth maps.
 ///
 /// # Errors

@@ -49,8 +49,11 @@ fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
     }
     for Camera { rotation, translation } in cameras {
         let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
-        if off.is_nan() || off > ROTATION || rotation.determinant() < 0.0 {
-            return invalid("rotation", "a rotation: orthogonal, with determinant 1", rotation.determinant());
+        if off.is_nan() || off > ROTATION {
+            return invalid("rotation", "orthogonal: RᵀR within 0.001 of the identity", off);
+        }
+        if rotation.determinant() < 0.0 {
+            return invalid("rotation", "a rotation, with determinant 1", rotation.determinant());
         }
         if let Some(value) = translation.iter().copied().find(|value| !value.is_finite()) {
             return invalid("translation", "three finite numbers", value);
