@@ -3,8 +3,10 @@
 
 mod scene;
 
-use depthstitch::ImageView;
+use depthstitch::mosaic::{BlendOptions, Composition};
 use depthstitch::pipeline::many::{ManyOptions, Photo, StitchedMany, stitch_many};
+use depthstitch::warp::Warped;
+use depthstitch::{Image, ImageView, Mask};
 use scene::{SIZE, Views, gallery_from, take};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -47,4 +49,27 @@ fn highlights_of_a_dark_photo_are_kept() {
     }
     println!("white {white} of {own}");
     assert!(own > 1000 && white * 100 < own, "{white} of {own} pixels are white");
+}
+
+/// A photo beside the others, or one whose overlap is burnt out: nothing there says how much brighter it is, but its other pairs do.
+#[test]
+fn gains_that_are_known_apply_without_an_overlap() {
+    let side = 64;
+    let even = |level: u8| Image::new([level, level, level, 255].repeat(side * side), side, side).unwrap();
+    let warped = Warped {
+        image: even(50),
+        footprint: Mask::new(vec![255; side * side], side, side).unwrap(),
+        confidence: None,
+        depth: None,
+        offset: (0, 0),
+        clipped: false,
+    };
+    for (gains, expected) in [(None, 50), (Some([2.0; 3]), 71)] {
+        let mut set = Composition::of(even(100).view(), None, 1).unwrap();
+        let at = [side as i64, 0];
+        let added = set.add(&warped, at, (2, gains), &BlendOptions::default(), &mut ()).unwrap().unwrap();
+        assert_eq!((added.overlap, added.gains), (0, gains.unwrap_or([1.0; 3])));
+        let pixel = set.image.pixels()[side / 2 * set.image.width() + 3 * side / 2];
+        assert!(pixel[0].abs_diff(expected) <= 1, "{pixel:?} with {gains:?}");
+    }
 }

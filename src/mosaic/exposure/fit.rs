@@ -68,6 +68,26 @@ pub(super) struct Field {
     pub step: usize,
 }
 
+impl Field {
+    /// Over a canvas of this size.
+    fn over((width, height): (usize, usize)) -> Result<Self> {
+        let step = width.max(height).div_ceil(NODES).max(1);
+        let (columns, rows) = (width.div_ceil(step) + 1, height.div_ceil(step) + 1);
+        Ok(Self { nodes: defaults(columns * rows)?, columns, rows, step })
+    }
+}
+
+impl Response {
+    /// The same gains all over a canvas of this size.
+    pub fn constant(gains: [f64; 3], size: (usize, usize)) -> Result<Self> {
+        let mut field = Field::over(size)?;
+        for node in &mut field.nodes {
+            node.gain[..3].copy_from_slice(&gains.map(|gain| gain as f32));
+        }
+        Ok(Self { gains, curves: Default::default(), field })
+    }
+}
+
 /// A place of a [`Field`].
 #[derive(Clone, Copy, Default)]
 pub(super) struct Node {
@@ -119,9 +139,7 @@ pub(super) fn fit(
     if samples.len() < FEWEST {
         return Ok(None);
     }
-    let step = size.0.max(size.1).div_ceil(NODES).max(1);
-    let (columns, rows) = (size.0.div_ceil(step) + 1, size.1.div_ceil(step) + 1);
-    let mut nodes: Vec<Node> = defaults(columns * rows)?;
+    let Field { mut nodes, columns, rows, step } = Field::over(size)?;
     let mut observations: Vec<Observation> = defaults(samples.len())?;
     let (mut gains, mut curves) = ([1.0; 3], [Curve::default(); 3]);
     let mut limits = Limits { slope: [-STEEPEST, STEEPEST], local: FARTHEST };

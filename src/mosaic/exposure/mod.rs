@@ -41,8 +41,11 @@ pub(super) fn adjust(
     }
     let linear = linear_light();
     let samples = samples::collect(image, reference, &linear, &mut Portion::new(observer, 0.0, 0.5))?;
-    let Some(mut response) = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)? else {
-        return Ok([1.0; 3]);
+    let fitted = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)?;
+    let mut response = match (fitted, joint) {
+        (Some(fitted), _) => fitted,
+        (None, Some(gains)) => fit::Response::constant(gains, image.size())?,
+        (None, None) => return Ok([1.0; 3]),
     };
     clipped::mark(&mut response.field, image)?;
     // Of two photos alone the reference says how bright highlights are where it shows them.
