@@ -4,7 +4,7 @@ use super::matching::{check, pairs};
 use super::nearest::{Nearest, squared_distance};
 use super::{Features, MatchOptions, Pair};
 use crate::geometry::{Model, epipolar_direction};
-use crate::image::{check_size, defaults, zeroed};
+use crate::image::{check_size, defaults, filled, zeroed};
 use crate::observer::{Observer, report};
 use crate::{Error, InverseDepth, Result, Stage};
 
@@ -67,6 +67,29 @@ pub fn match_guided(
     }
     report(observer, Stage::Match, 1.0)?;
     pairs(&both, [&of_target, &of_reference], options)
+}
+
+/// As [`match_guided`], and what was matched `earlier` as well, unless one of its features is matched to another now.
+///
+/// # Errors
+/// As [`match_guided`].
+pub(crate) fn match_again(
+    target: &Features,
+    reference: &Features,
+    earlier: impl IntoIterator<Item = Pair>,
+    guide: &MatchGuide<'_>,
+    options: &MatchOptions,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Pair>> {
+    let mut pairs = match_guided(target, reference, guide, options, observer)?;
+    let mut matched = [filled(target.keypoints.len(), false)?, filled(reference.keypoints.len(), false)?];
+    for pair in &pairs {
+        matched[0][pair.target as usize] = true;
+        matched[1][pair.reference as usize] = true;
+    }
+    let free = |pair: &Pair| !matched[0][pair.target as usize] && !matched[1][pair.reference as usize];
+    pairs.extend(earlier.into_iter().filter(free));
+    Ok(pairs)
 }
 
 /// All points within `radius` of the way from `from` to `to`.

@@ -21,6 +21,7 @@ mod walsh;
 pub use descriptor::LENGTH;
 pub use detect::detect;
 pub(crate) use detect::reduced;
+pub(crate) use guided::match_again;
 pub use guided::{MatchGuide, match_guided};
 pub(crate) use line_segments::join_collinear;
 pub use line_segments::{LineSegment, LineSegmentOptions, line_segments};

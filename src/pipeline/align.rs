@@ -14,6 +14,7 @@ use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions
 use crate::features::Features;
 use crate::geometry::{DepthSample, Estimate, Match, Model, ModelKind};
 use crate::observer::{Observer, Portion};
+use crate::rect::diagonal;
 use crate::report::Warning;
 use crate::statistics::nth;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
@@ -162,6 +163,11 @@ fn align_guided<'a>(
     Ok(better.map(|second| Alignment { matches: Some(matches), ..second }))
 }
 
+/// Four times the prediction error of a photo's depth as a share of its diagonal, but at least half of `most`, and no more than that.
+pub(super) fn void_distance(error: f64, photo: (usize, usize), most: f64) -> f64 {
+    (4.0 * error / diagonal(photo)).max(0.5 * most).min(most)
+}
+
 impl Alignment<'_> {
     /// With maps of its own.
     fn into_owned(self) -> Alignment<'static> {
@@ -184,9 +190,7 @@ impl Alignment<'_> {
         if self.smooth {
             return 1.0;
         }
-        let [w, h] = [target.width(), target.height()].map(|side| side as f64);
-        self.prediction_error
-            .map_or(most, |[error, _]| (4.0 * error / (w * w + h * h).sqrt()).max(0.5 * most).min(most))
+        self.prediction_error.map_or(most, |[error, _]| void_distance(error, target.size(), most))
     }
 
     /// The stretch limit to warp this alignment with, of which `most` is wanted: none on a cylinder or sphere (`on_screen`), unless maps
@@ -281,15 +285,14 @@ impl Alignment<'_> {
         matches.iter().map(cost).sum()
     }
 
-    /// Distance in pixels of a match's point from where model and depth of the other photo, `side` (0 the target, 1 the
-    /// reference), project it. `None` behind the camera.
+    /// [`Model::transfer_error`] of a match by model and depth of one photo, `side` (0 the target, 1 the reference); `None` also where
+    /// depth is unknown.
     pub(super) fn transfer_error(&self, side: usize, m: &Match) -> Option<f64> {
         let ends = [m.target, m.reference];
         let model: &Model = [&self.geometry.forward, &self.geometry.reverse][side];
-        let ([x, y], [u, v]) = (ends[side], ends[1 - side]);
+        let [x, y] = ends[side];
         let d = self.depth[side].as_ref().map_or(0.0, |map| map.sample(x, y));
-        let [a, b] = model.project(x, y, d)?;
-        Some(((a - u) * (a - u) + (b - v) * (b - v)).sqrt())
+        model.transfer_error([x, y], d, ends[1 - side])
     }
 
     /// The 90th percentile of the inliers' transfer errors in pixels, forward and reverse.

@@ -2,7 +2,7 @@
 
 use super::align::Alignment;
 use crate::features::{
-    DetectOptions, Features, MatchGuide, MatchOptions, Pair, detect, match_features, match_guided, matches_of,
+    DetectOptions, Features, MatchGuide, MatchOptions, Pair, detect, match_again, match_features, matches_of,
 };
 use crate::geometry::Match;
 use crate::observer::{Observer, Portion};
@@ -96,7 +96,7 @@ const GUIDED_RATIO: f64 = 0.9;
 /// assigned one of its features to another.
 ///
 /// # Errors
-/// Those of [`match_guided`].
+/// Those of [`match_guided`](crate::features::match_guided).
 pub(super) fn match_along_epipolar_lines(
     first: &MatchedFeatures,
     alignment: &Alignment<'_>,
@@ -114,13 +114,6 @@ pub(super) fn match_along_epipolar_lines(
         reach: threshold + 2.0 * error,
     };
     let options = MatchOptions { ratio: options.ratio.max(GUIDED_RATIO), ..options.clone() };
-    let mut pairs = match_guided(target, reference, &guide, &options, observer)?;
-    let mut matched = [vec![false; target.keypoints.len()], vec![false; reference.keypoints.len()]];
-    for pair in &pairs {
-        matched[0][pair.target as usize] = true;
-        matched[1][pair.reference as usize] = true;
-    }
-    let free = |pair: &&Pair| !matched[0][pair.target as usize] && !matched[1][pair.reference as usize];
-    pairs.extend(first.pairs.iter().filter(free));
+    let pairs = match_again(target, reference, first.pairs.iter().copied(), &guide, &options, observer)?;
     Ok(matches_of(target, reference, &pairs))
 }

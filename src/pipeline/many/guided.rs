@@ -4,7 +4,7 @@
 use super::depth::{PhotoDepth, prior};
 use super::graph::{FEWEST, PhotoPair};
 use crate::features::{
-    Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, match_guided, matches_of, visible_luma,
+    Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, match_again, matches_of, visible_luma,
 };
 use crate::geometry::{Model, ModelKind, MultiView, PairLink, Sight};
 use crate::observer::{Observer, Portion, Subject};
@@ -47,7 +47,7 @@ pub(super) fn more_matches(
                 let both = [&features[a], &features[b]];
                 let known = link.map_or(&[][..], |link| &link.features);
                 let matching = &mut Portion::new(&mut portion, 0.5, 1.0);
-                let link = again(pair.photos, both, known, model, depth, options, matching)?;
+                let link = match_pair_again(pair.photos, both, known, model, depth, options, matching)?;
                 if link.matches.len() >= FEWEST {
                     found.push(link);
                     continue;
@@ -101,7 +101,7 @@ pub(super) fn refine(
 }
 
 /// Compares two photos once more. Features that were `known` to match stay unless one is found to match another.
-fn again(
+fn match_pair_again(
     photos: [usize; 2],
     both: [&Features; 2],
     known: &[[u32; 2]],
@@ -119,15 +119,9 @@ fn again(
         reach: REACH * unit + 2.0 * depth.prediction_error,
     };
     let options = MatchOptions { ratio: options.ratio.max(RATIO), ..options.clone() };
-    let found = match_guided(both[0], both[1], &guide, &options, observer)?;
-    let mut features: Vec<[u32; 2]> = found.iter().map(|pair| [pair.target, pair.reference]).collect();
-    let count = features.len();
-    for pair in known {
-        if features[..count].iter().all(|other| other[0] != pair[0] && other[1] != pair[1]) {
-            features.push(*pair);
-        }
-    }
-    let pairs: Vec<Pair> = features.iter().map(|&[target, reference]| Pair { target, reference }).collect();
+    let known = known.iter().map(|&[target, reference]| Pair { target, reference });
+    let pairs = match_again(both[0], both[1], known, &guide, &options, observer)?;
+    let features = pairs.iter().map(|pair| [pair.target, pair.reference]).collect();
     let matches = matches_of(both[0], both[1], &pairs);
     Ok(PairLink { photos, features, matches, model, kind: ModelKind::TwoView })
 }

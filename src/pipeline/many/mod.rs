@@ -32,12 +32,12 @@ pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 
 use super::Crops;
+use super::align::void_distance;
 use super::options::Options;
 use super::timer::StageTimer;
 use crate::features::Features;
 use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, crop, fill};
 use crate::observer::{Observer, Portion, Subject};
-use crate::rect::diagonal;
 use crate::report::Warning;
 use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
@@ -205,11 +205,9 @@ impl Painting<'_> {
             Some(there) => there.part(picture.bounds(photo, &sizes, geometry).unwrap_or(EVERYTHING))?,
         };
         let Some([forward, reverse]) = picture.models(geometry, photo, at) else { return Ok(None) };
-        let most = self.options.warp.void_distance;
-        // As of two photos.
-        let void_distance = 4.0 * self.alignment.prediction_error(photo) / diagonal(sizes[photo]);
+        let error = self.alignment.prediction_error(photo);
         let options = WarpOptions {
-            void_distance: void_distance.max(0.5 * most).min(most),
+            void_distance: void_distance(error, sizes[photo], self.options.warp.void_distance),
             depth: true,
             ..self.options.warp.clone()
         };
