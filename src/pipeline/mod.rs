@@ -13,6 +13,7 @@
 //! | measure | [`quality`] |
 
 mod align;
+mod bilinear;
 mod extrapolation;
 mod features;
 mod halved;

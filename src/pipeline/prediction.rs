@@ -3,6 +3,7 @@
 
 use wide::f32x4;
 
+use super::bilinear::Bilinear;
 use super::misalignment::Border;
 use super::straightness::curvature;
 use crate::features::LineSegment;
@@ -83,13 +84,8 @@ impl Squares {
     }
 
     /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to what is not there.
-    fn sample(&self, [x, y]: [f64; 2]) -> Option<f32x4> {
-        let [x, y] = [x, y].map(|p| (p + 0.5) / self.side as f64 - 0.5);
-        let inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 - 1.0 && y < self.rows() as f64 - 1.0;
-        let at = inside.then_some(y as usize * self.columns + x as usize)?;
-        let (u, v) = (x.fract() as f32, y.fract() as f32);
-        let row = |at: usize| self.colours[at] * (1.0 - u) + self.colours[at + 1] * u;
-        let colour = row(at) * (1.0 - v) + row(at + self.columns) * v;
+    fn sample(&self, point: [f64; 2]) -> Option<f32x4> {
+        let colour = Bilinear::at(point, [self.side as f64; 2], self.columns, self.rows())?.interpolate(&self.colours);
         is_there(colour).then_some(colour)
     }
 }

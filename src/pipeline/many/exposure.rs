@@ -1,10 +1,13 @@
 //! How much light each photo took, from all overlaps at once (after Brown & Lowe, *Automatic Panoramic Image Stitching using Invariant
 //! Features*, 2007, section 6).
 
+use wide::f32x4;
+
 use super::align::ManyAlignment;
 use super::result::Photo;
 use crate::geometry::Equations;
 use crate::image::filled;
+use crate::pipeline::bilinear::Bilinear;
 use crate::rect::diagonal;
 use crate::srgb::linear_light;
 use crate::statistics::median;
@@ -35,8 +38,8 @@ struct Light {
     /// Pixels along the side of a cell.
     side: usize,
     columns: usize,
-    /// Red, green, blue: NaN where pixels are not there, clipped or dark.
-    cells: Vec<[f32; 3]>,
+    /// Red, green, blue and 0: NaN where pixels are not there, clipped or dark. What is left of the photo on the right and below is in none.
+    cells: Vec<f32x4>,
 }
 
 /// What two photos say of each other.
@@ -71,16 +74,14 @@ impl Light {
     fn of(photo: ImageView<'_>, linear: &[f32; 256]) -> Result<Self> {
         let (width, height) = photo.size();
         let side = width.max(height).div_ceil(CELLS).max(2);
-        let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
+        let (columns, rows) = (width / side, height / side);
         let stride = (side / TAPS).max(1);
-        let mut cells = filled(columns * rows, [f32::NAN; 3])?;
+        let mut cells = filled(columns * rows, f32x4::splat(f32::NAN))?;
         for (i, cell) in cells.iter_mut().enumerate() {
             let (left, top) = (i % columns * side, i / columns * side);
             let (mut sum, mut count, mut all) = ([0.0; 3], 0.0f32, 0.0f32);
-            for y in (top..(top + side).min(height)).step_by(stride) {
-                for pixel in
-                    photo.pixels()[y * width + left..y * width + (left + side).min(width)].iter().step_by(stride)
-                {
+            for y in (top..top + side).step_by(stride) {
+                for pixel in photo.pixels()[y * width + left..][..side].iter().step_by(stride) {
                     all += 1.0;
                     if photo.is_there(*pixel) && pixel[..3].iter().all(|level| USABLE.contains(level)) {
                         sum.iter_mut().zip(pixel).for_each(|(sum, level)| *sum += linear[usize::from(*level)]);
@@ -90,26 +91,19 @@ impl Light {
             }
             // The light of what is left of a clipped cell is not that of the cell.
             if count == all {
-                *cell = sum.map(|sum| sum / count);
+                let [r, g, b] = sum.map(|sum| sum / count);
+                *cell = f32x4::new([r, g, b, 0.0]);
             }
         }
         Ok(Self { side, columns, cells })
     }
 
-    /// Bilinear; NaN outside.
-    fn sample(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        let middle = |v: f64| ((v + 0.5) / self.side as f64 - 0.5).max(0.0);
-        let (x, y) = (middle(x), middle(y));
-        let (column, row) = (x as usize, y as usize);
-        let (u, v) = (x - column as f64, y - row as f64);
-        let at = |i: usize, j: usize, c: usize| {
-            let cell = if i < self.columns { self.cells.get(j * self.columns + i) } else { None };
-            cell.map_or(f64::NAN, |cell| f64::from(cell[c]))
-        };
-        [0, 1, 2].map(|c| {
-            let line = |j: usize| at(column, j, c) * (1.0 - u) + at(column + 1, j, c) * u;
-            line(row) * (1.0 - v) + line(row + 1) * v
-        })
+    /// Bilinear: red, green and blue. `None` within half a cell of the border, outside, and next to a cell without light.
+    fn sample(&self, point: [f64; 2]) -> Option<[f32; 3]> {
+        let rows = self.cells.len() / self.columns.max(1);
+        let around = Bilinear::at(point, [self.side as f64; 2], self.columns, rows)?;
+        let [r, g, b, _] = around.interpolate(&self.cells).to_array();
+        (!r.is_nan()).then_some([r, g, b])
     }
 }
 
@@ -123,21 +117,17 @@ fn overlap(
     let [there, back] = [[a, b], [b, a]].map(|pair| alignment.geometry.model(pair));
     let (there, back) = (there?, back?);
     let depth = |photo: usize, [x, y]: [f64; 2]| alignment.depth(photo).map_or(0.0, |map| map.sample(x, y));
-    let (width, height) = photos[b].image.size();
     let most = RETURN * diagonal(photos[a].image.size());
     let mut ratios = [const { Vec::new() }; 3];
-    for (i, own) in first.cells.iter().enumerate().filter(|(_, cell)| !cell[0].is_nan()) {
+    for (i, own) in first.cells.iter().map(|cell| cell.to_array()).enumerate().filter(|(_, cell)| !cell[0].is_nan()) {
         let middle = |at: usize| (at * first.side) as f64 + 0.5 * (first.side as f64 - 1.0);
         let [x, y] = [middle(i % first.columns), middle(i / first.columns)];
         let Some([u, v]) = there.project(x, y, depth(a, [x, y])) else { continue };
-        if !(u >= 0.0 && v >= 0.0 && u <= (width - 1) as f64 && v <= (height - 1) as f64) {
-            continue;
-        }
+        let Some(other) = second.sample([u, v]) else { continue };
         let Some([p, q]) = back.project(u, v, depth(b, [u, v])) else { continue };
-        let other = second.sample([u, v]);
-        if (p - x).abs().max((q - y).abs()) <= most && !other[0].is_nan() {
-            for (c, ratios) in ratios.iter_mut().enumerate() {
-                ratios.push(libm::log(other[c] / f64::from(own[c])));
+        if (p - x).abs().max((q - y).abs()) <= most {
+            for ((ratios, other), own) in ratios.iter_mut().zip(other).zip(own) {
+                ratios.push(libm::log(f64::from(other) / f64::from(own)));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! How photos look at a smaller size, at which they are compared.
 
 use crate::features::{Luma, luma};
+use crate::pipeline::bilinear::Bilinear;
 use crate::{ImageView, Result};
 
 /// The longer side.
@@ -51,17 +52,7 @@ pub(super) fn textured(view: &Luma, [x, y]: [usize; 2]) -> bool {
 }
 
 /// How bright a place of a photo of this size is in its view; NaN outside.
-pub(super) fn brightness_at(view: &Luma, (w, h): (usize, usize), [x, y]: [f64; 2]) -> f32 {
-    let along = |p: f64, from: usize, to: usize| (p + 0.5) * to as f64 / from as f64 - 0.5;
-    let (x, y) = (along(x, w, view.width), along(y, h, view.height));
-    if !(x >= 0.0 && y >= 0.0 && x < (view.width - 1) as f64 && y < (view.height - 1) as f64) {
-        return f32::NAN;
-    }
-    let (column, row) = (x as usize, y as usize);
-    let (u, v) = ((x - column as f64) as f32, (y - row as f64) as f32);
-    let line = |row: usize| {
-        let at = row * view.width + column;
-        view.data[at] * (1.0 - u) + view.data[at + 1] * u
-    };
-    line(row) * (1.0 - v) + line(row + 1) * v
+pub(super) fn brightness_at(view: &Luma, (w, h): (usize, usize), point: [f64; 2]) -> f32 {
+    let cell = [w as f64 / view.width as f64, h as f64 / view.height as f64];
+    Bilinear::at(point, cell, view.width, view.height).map_or(f32::NAN, |around| around.interpolate(&view.data))
 }
