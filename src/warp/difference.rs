@@ -23,7 +23,8 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
     while let Some(colour) = scene.reference.pixels().get(index) {
         let d = scene.reference_depth.and_then(|depth| depth.data().get(index)).map_or(0.0, |d| f64::from(*d));
         if scene.reference.is_there(*colour)
-            && let Some([u, v]) = back((index % row) as f64, (index / row) as f64, d)
+            && let Some(place) = back((index % row) as f64, (index / row) as f64, d)
+            && let [u, v] = place.map(|p| (p + 0.5).floor())
             && u >= 0.0
             && v >= 0.0
             && u < width as f64
