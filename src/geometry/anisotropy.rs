@@ -26,7 +26,7 @@ pub fn anisotropy(model: &Model, size: (usize, usize), depth: &dyn Fn(f64, f64) 
             let jacobian = here.zip(right).zip(place(x, y + step)).map(|((a, b), c)| {
                 [b[0] - a[0], c[0] - a[0], b[1] - a[1], c[1] - a[1]].map(|difference| difference / step)
             });
-            sum += jacobian.map_or(MOST_ANISOTROPY, singular_value_ratio);
+            sum += jacobian.map_or(MOST_ANISOTROPY, log_singular_value_ratio);
             count += 1;
             x += step;
         }
@@ -36,7 +36,7 @@ pub fn anisotropy(model: &Model, size: (usize, usize), depth: &dyn Fn(f64, f64) 
 }
 
 /// ln(σ₁/σ₂) of a matrix, row by row; 3 where it folds.
-pub(crate) fn singular_value_ratio([a, b, c, d]: [f64; 4]) -> f64 {
+pub(crate) fn log_singular_value_ratio([a, b, c, d]: [f64; 4]) -> f64 {
     // σ₁² + σ₂² and σ₁σ₂.
     let (squares, product) = (a * a + b * b + c * c + d * d, a * d - b * c);
     if product.is_nan() || product <= 0.0 {

@@ -6,6 +6,7 @@
 
 mod anisotropy;
 mod calibrated;
+mod correspondences;
 mod distortion;
 mod eigen;
 mod epipolar;
@@ -16,7 +17,6 @@ mod model;
 mod multi_view;
 mod normalisation;
 mod plane;
-mod points;
 mod projection;
 mod ransac;
 mod robust_fit;
@@ -24,7 +24,7 @@ mod summary;
 mod usable;
 
 pub use anisotropy::anisotropy;
-pub(crate) use anisotropy::{MOST_ANISOTROPY, singular_value_ratio};
+pub(crate) use anisotropy::{MOST_ANISOTROPY, log_singular_value_ratio};
 pub(crate) use distortion::{Distortion, Undistortion};
 pub(crate) use eigen::eigenpairs;
 pub(crate) use epipolar::{plane_at_infinity, two_view_geometry};
@@ -175,7 +175,7 @@ pub struct Estimate {
     pub kind: ModelKind,
     /// Matches left once non-finite, out-of-frame, duplicated and depthless ones are dropped.
     pub usable: usize,
-    /// Points tracked over the overlap that were fitted besides the matches: of [`align`](crate::pipeline::align) only.
+    /// Correspondences tracked over the overlap that were fitted besides the matches: of [`align`](crate::pipeline::align) only.
     pub tracked: usize,
     /// The threshold of the inliers, in pixels of the reference.
     pub threshold: f64,

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix4};
 
 use super::Model;
-use super::points::{Point, Points, Projection};
+use super::correspondences::{Correspondence, Correspondences, ProjectionMatrix};
 
 /// The change of coordinates of both point sets and of the inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ pub(super) struct Normalisation {
 impl Normalisation {
     /// Centres both point sets with mean distance √2 (Hartley), and gives the inverse depth mean 0 and variance 1, so that
     /// nothing depends on an affine change of depth. From matches in pixels; a constant depth becomes 0.
-    pub fn hartley(points: &Points) -> Self {
+    pub fn hartley(points: &Correspondences) -> Self {
         let depth_mean = mean(points, |p| p.d);
         let variance = mean(points, |p| (p.d - depth_mean) * (p.d - depth_mean));
         let scale = if variance.is_normal() { 1.0 / variance.sqrt() } else { 0.0 };
@@ -30,7 +30,7 @@ impl Normalisation {
     }
 
     /// The same with one scale for both point sets, so that distances in both have the same weight. The depth is unchanged.
-    pub fn isotropic(points: &Points) -> Self {
+    pub fn isotropic(points: &Correspondences) -> Self {
         let ends = [centring(points, |p| [p.x, p.y]), centring(points, |p| [p.u, p.v])];
         let common = 2.0 / (1.0 / ends[0][0] + 1.0 / ends[1][0]);
         let [source, destination] = ends.map(|[s, x, y]| [common, common / s * x, common / s * y]);
@@ -38,7 +38,7 @@ impl Normalisation {
     }
 
     /// Coordinates from the centre of each photo, in its diagonals; the depth as in [`Normalisation::hartley`].
-    pub fn from_centres(points: &Points, source: (usize, usize), destination: (usize, usize)) -> Self {
+    pub fn from_centres(points: &Correspondences, source: (usize, usize), destination: (usize, usize)) -> Self {
         let centred = |(w, h): (usize, usize)| {
             let (w, h) = (w as f64, h as f64);
             let s = 1.0 / (w * w + h * h).sqrt();
@@ -53,9 +53,9 @@ impl Normalisation {
     }
 
     /// The matches in normalised coordinates.
-    pub fn apply(&self, points: &Points) -> Points {
+    pub fn apply(&self, points: &Correspondences) -> Correspondences {
         let ([s, sx, sy], [r, ru, rv]) = (self.source, self.destination);
-        let normalised = |p: &Point| Point {
+        let normalised = |p: &Correspondence| Correspondence {
             x: s * p.x + sx,
             y: s * p.y + sy,
             d: self.depth(p.d),
@@ -76,18 +76,22 @@ impl Normalisation {
     }
 
     /// `model` in normalised coordinates.
-    pub fn projection(&self, model: &Model) -> Projection {
+    pub fn projection(&self, model: &Model) -> ProjectionMatrix {
         let [s, sx, sy] = self.source;
         let [k, kd] = self.depth;
         let pixels = source_matrix([1.0 / s, -sx / s, -sy / s], [1.0 / k, -kd / k]);
         let [r, ru, rv] = self.destination;
-        let joined =
-            Projection::from_columns(&[model.h.column(0), model.h.column(1), model.h.column(2), model.e.column(0)]);
+        let joined = ProjectionMatrix::from_columns(&[
+            model.h.column(0),
+            model.h.column(1),
+            model.h.column(2),
+            model.e.column(0),
+        ]);
         Matrix3::new(r, 0.0, ru, 0.0, r, rv, 0.0, 0.0, 1.0) * joined * pixels
     }
 
     /// The model in pixels that belongs to `p` in normalised coordinates.
-    pub fn model(&self, p: &Projection) -> Model {
+    pub fn model(&self, p: &ProjectionMatrix) -> Model {
         let [r, ru, rv] = self.destination;
         let pixels = Matrix3::new(1.0 / r, 0.0, -ru / r, 0.0, 1.0 / r, -rv / r, 0.0, 0.0, 1.0);
         let joined = pixels * p * source_matrix(self.source, self.depth);
@@ -100,12 +104,12 @@ fn source_matrix([s, sx, sy]: [f64; 3], [k, kd]: [f64; 2]) -> Matrix4<f64> {
     Matrix4::new(s, 0.0, sx, 0.0, 0.0, s, sy, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, kd, k)
 }
 
-fn mean(points: &[Point], value: impl Fn(&Point) -> f64) -> f64 {
+fn mean(points: &[Correspondence], value: impl Fn(&Correspondence) -> f64) -> f64 {
     points.iter().map(value).sum::<f64>() / points.len().max(1) as f64
 }
 
 /// Scale and shifts that centre one end of the matches with mean distance √2.
-fn centring(points: &[Point], end: impl Fn(&Point) -> [f64; 2]) -> [f64; 3] {
+fn centring(points: &[Correspondence], end: impl Fn(&Correspondence) -> [f64; 2]) -> [f64; 3] {
     let [cx, cy] = [0, 1].map(|k| mean(points, |p| end(p)[k]));
     let distance = mean(points, |p| {
         let [x, y] = end(p);

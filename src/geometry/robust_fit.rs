@@ -1,8 +1,8 @@
 //! The robust fit of one set of matches: search, inliers, and the models of both directions.
 
 use super::calibrated::{Calibrated, calibrate};
+use super::correspondences::{Correspondences, ProjectionMatrix};
 use super::normalisation::Normalisation;
-use super::points::{Points, Projection};
 use super::projection::{
     Consensus, FINE, ProjectionEstimator, anneal_to_narrowest, homographies, parallax_observable, refine_published,
 };
@@ -34,10 +34,10 @@ pub(super) struct Fit<'a> {
     /// Samples drawn so far.
     trials: u32,
     /// Forward and reverse, in pixels,
-    pixels: [Points; 2],
+    pixels: [Correspondences; 2],
     /// and normalised.
     normalisations: [Normalisation; 2],
-    points: [Points; 2],
+    points: [Correspondences; 2],
     /// The user's threshold, normalised.
     threshold: f64,
     /// Area over which outliers are spread in the reference, in pixels.
@@ -46,7 +46,7 @@ pub(super) struct Fit<'a> {
 
 impl<'a> Fit<'a> {
     pub fn new(matches: &'a [Usable], options: &'a EstimateOptions) -> Self {
-        let mut pixels = [Points::default(), Points::default()];
+        let mut pixels = [Correspondences::default(), Correspondences::default()];
         for (side, points) in pixels.iter_mut().enumerate() {
             matches.iter().for_each(|m| points.push(m.ends[side], m.depths[side], m.ends[1 - side]));
         }
@@ -82,7 +82,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The best model of a random search.
-    fn search(&mut self, estimator: ProjectionEstimator) -> Option<Projection> {
+    fn search(&mut self, estimator: ProjectionEstimator) -> Option<ProjectionMatrix> {
         let (config, points) = (self.config(), &self.points[0]);
         let all: Vec<usize> = (0..points.len()).collect();
         let found = ransac(&estimator, points, &all, &config, &mut self.sampler, Found::none());
@@ -91,7 +91,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The inliers of a model that a search found, and the model refined on them.
-    fn refine(&self, found: &Projection, estimator: ProjectionEstimator) -> Option<Consensus> {
+    fn refine(&self, found: &ProjectionMatrix, estimator: ProjectionEstimator) -> Option<Consensus> {
         if self.anneals() {
             anneal_to_narrowest(estimator, &self.points[0], &self.config().scales, found)
         } else {
@@ -164,7 +164,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Whether a homography explains the matches as well as the depth model.
-    fn homography_suffices(&self, depth: &Consensus, homography: &Projection) -> bool {
+    fn homography_suffices(&self, depth: &Consensus, homography: &ProjectionMatrix) -> bool {
         let points = &self.points[0];
         let inliers = count(inliers_of(points, homography, depth.threshold));
         if (inliers as f64) < COMPARABLE * depth.count() as f64 {

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 /// With fewer inliers (less than three matches per parameter of the model) a fit deserves a look.
 pub(super) const FEW: usize = 30;
-/// Points closer to a line than this standard deviation, in pixels, determine no map: features are not localised better.
+/// Correspondences closer to a line than this standard deviation, in pixels, determine no map: features are not localised better.
 const MIN_DEVIATION: f64 = 0.5;
 
 /// The estimate of `inlying` matches, `error` being that of a match in the model of a side, if it has one. Threshold and

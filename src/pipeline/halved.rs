@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 use super::align::Alignment;
 use super::features::Known;
 use super::options::{Options, WithoutDepth};
+use super::picture::Size;
 use crate::depth::RefineOptions;
 use crate::features::Features;
 use crate::geometry::{Estimate, EstimateOptions, Match, Model, Threshold};
@@ -18,9 +19,6 @@ use crate::{Image, ImageView, InverseDepth, Result, View};
 
 /// Photos of more pixels are halved until they have no more: 12 MP are aligned at 3, 24 MP at 6.
 const MOST: u64 = 7_000_000;
-
-/// Width and height in pixels.
-type Size = (usize, usize);
 
 /// Whether photos of these sizes are aligned at half of them. `alone`: without depth maps.
 pub(super) fn is_halved(photos: [Size; 2], alone: bool, options: &Options) -> bool {

@@ -6,13 +6,11 @@
 
 use super::halved::{half_size, is_halved};
 use super::options::{Options, WithoutDepth};
+use super::picture::Size;
 use crate::features::reduced;
 use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam, node_side};
 use crate::warp::{MOST_KEPT, Projection, WarpMode};
 use crate::{Error, Result, Stage, View};
-
-/// Width and height in pixels.
-type Size = (usize, usize);
 
 /// What the pipeline is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use super::bilinear::Bilinear;
 use super::misalignment::Border;
 use super::straightness::curvature;
 use crate::features::LineSegment;
-use crate::geometry::{MOST_ANISOTROPY, Model, singular_value_ratio};
+use crate::geometry::{MOST_ANISOTROPY, Model, log_singular_value_ratio};
 use crate::image::reserve;
 use crate::mosaic::{Choice, predict_seam};
 use crate::{ImageView, Result};
@@ -268,7 +268,7 @@ impl Prediction {
         let size = self.cell as f64;
         let slope = |[a, b]: [[f64; 2]; 2], c: usize| 0.5 * (b[c] - a[c]) / size;
         let curve = |[a, b]: [[f64; 2]; 2], c: usize| (a[c] + b[c] - 2.0 * here[c]) / size;
-        let leaning = singular_value_ratio([slope(x, 0), slope(y, 0), slope(x, 1), slope(y, 1)]);
+        let leaning = log_singular_value_ratio([slope(x, 0), slope(y, 0), slope(x, 1), slope(y, 1)]);
         let curves = [curve(x, 0), curve(x, 1), curve(y, 0), curve(y, 1)];
         Some((leaning, curves.iter().map(|c| c * c).sum::<f64>().sqrt().min(MOST_BENDING)))
     }

@@ -12,7 +12,7 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::geometry::points::Projection;
+use crate::geometry::correspondences::ProjectionMatrix;
 
 /// The number of parameters, in this order: rotation (3, from the left), translation (3), ln f, s, κ, s'.
 pub(in crate::geometry) const PARAMETERS: usize = 10;
@@ -36,7 +36,7 @@ impl Cameras {
     }
 
     /// Target to reference, and reference to target.
-    pub fn projections(&self) -> [Projection; 2] {
+    pub fn projections(&self) -> [ProjectionMatrix; 2] {
         let focal = self.focal();
         [
             projection(&self.rotation, &self.translation, focal, self.shift[0]),
@@ -50,7 +50,7 @@ impl Cameras {
     }
 
     /// The cameras of this focal length nearest to the maps of both directions; `None` if there are none.
-    pub fn nearest([forward, reverse]: [&Projection; 2], focal: f64) -> Option<Self> {
+    pub fn nearest([forward, reverse]: [&ProjectionMatrix; 2], focal: f64) -> Option<Self> {
         let (rotation, translation, shift) = decompose(forward, focal)?;
         let (_, reverse_translation, reverse_shift) = decompose(reverse, focal)?;
         let expected = rotation.tr_mul(&translation);
@@ -78,7 +78,7 @@ impl Cameras {
 }
 
 /// Rotation, t and s: the columns of diag(1, 1, f)·p are λ r₁, λ r₂, λ (f r₃ − s t) and λ t.
-fn decompose(p: &Projection, focal: f64) -> Option<(Matrix3<f64>, Vector3<f64>, f64)> {
+fn decompose(p: &ProjectionMatrix, focal: f64) -> Option<(Matrix3<f64>, Vector3<f64>, f64)> {
     let scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, focal)) * p;
     let scale = (scaled.column(0).norm() * scaled.column(1).norm()).sqrt();
     let columns = scaled / scale;
@@ -103,11 +103,11 @@ pub(in crate::geometry) fn nearest_rotation(mut a: Matrix3<f64>) -> Option<Matri
     Some(a)
 }
 
-fn projection(rotation: &Matrix3<f64>, t: &Vector3<f64>, focal: f64, shift: f64) -> Projection {
+fn projection(rotation: &Matrix3<f64>, t: &Vector3<f64>, focal: f64, shift: f64) -> ProjectionMatrix {
     let third = rotation.column(2) * focal - t * shift;
     let columns = [rotation.column(0).into_owned(), rotation.column(1).into_owned(), third, *t];
     // From ρ' to coordinates.
-    Matrix3::from_diagonal(&Vector3::new(focal, focal, 1.0)) * Projection::from_columns(&columns)
+    Matrix3::from_diagonal(&Vector3::new(focal, focal, 1.0)) * ProjectionMatrix::from_columns(&columns)
 }
 
 /// The rotation of the unit quaternion along (1, ω/2), which is exp([ω]×) up to the third order.

@@ -3,9 +3,9 @@
 mod cameras;
 mod reprojection;
 
+use super::correspondences::{Correspondences, ProjectionMatrix};
 use super::levenberg_marquardt::minimise;
 use super::normalisation::Normalisation;
-use super::points::{Points, Projection};
 use super::ransac::score::inliers_of;
 use super::{Comparison, Model, Score};
 use crate::statistics::median;
@@ -20,7 +20,7 @@ const STARTS: [f64; 4] = [0.4, 0.65, 1.0, 1.6];
 const START_MATCHES: usize = 100;
 /// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
 /// camera.
-const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
+pub(super) const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 /// The standard deviation of ln f for a given focal length: those in a photo's metadata are rounded.
 const KNOWN_FOCAL: f64 = 0.02;
 /// Standard deviation of the inverse depth at infinity, which should be 0, as a fraction of the matches' median. A weak prior.
@@ -48,7 +48,7 @@ pub(super) struct Calibrated {
 /// Fits two cameras to the flagged matches, given in pixels for both directions, and to those that come within `threshold`
 /// pixels; starts from the free models of both directions. `None` if that fails.
 pub(super) fn calibrate(
-    [forward, reverse]: &[Points; 2],
+    [forward, reverse]: &[Correspondences; 2],
     inliers: &[bool],
     [target, reference]: [(usize, usize); 2],
     models: &[Model; 2],
@@ -119,7 +119,7 @@ fn initial_cameras([forward, reverse]: &[Direction; 2], priors: Priors, focals: 
 
 /// Scores both pairs of models under the same noise: that of the points by the better of the two, that of the inverse depth
 /// by the cameras, as free models absorb part of it in H∞.
-fn compare(both: &[Direction; 2], cameras: &[Projection; 2]) -> Option<Comparison> {
+fn compare(both: &[Direction; 2], cameras: &[ProjectionMatrix; 2]) -> Option<Comparison> {
     let (mut costs, mut exact) = ([0.0; 2], true);
     for (direction, projection) in both.iter().zip(cameras) {
         let (free, calibrated) = (direction.noise(&direction.free)?, direction.noise(projection)?);
@@ -140,18 +140,18 @@ fn compare(both: &[Direction; 2], cameras: &[Projection; 2]) -> Option<Compariso
 /// The matches of one direction, from the centres, in diagonals.
 struct Direction {
     normalisation: Normalisation,
-    all: Points,
+    all: Correspondences,
     /// Which of them are inliers, and only these.
     flags: Vec<bool>,
-    inliers: Points,
+    inliers: Correspondences,
     /// The free model.
-    free: Projection,
+    free: ProjectionMatrix,
     /// The prior of the inverse depth at infinity: mean and standard deviation.
     infinity: [f64; 2],
 }
 
 impl Direction {
-    fn new(pixels: &Points, inliers: &[bool], [from, to]: [(usize, usize); 2], model: &Model) -> Self {
+    fn new(pixels: &Correspondences, inliers: &[bool], [from, to]: [(usize, usize); 2], model: &Model) -> Self {
         let chosen = pixels.select(inliers);
         let normalisation = Normalisation::from_centres(&chosen, from, to);
         let middle = median(chosen.iter().map(|p| p.d).collect()).unwrap_or(0.0);
@@ -167,7 +167,7 @@ impl Direction {
     }
 
     /// Which matches are within `threshold` pixels of their images.
-    fn inliers_of(&self, p: &Projection, threshold: f64) -> Vec<bool> {
+    fn inliers_of(&self, p: &ProjectionMatrix, threshold: f64) -> Vec<bool> {
         inliers_of(&self.all, p, threshold * self.normalisation.scale())
     }
 
@@ -176,13 +176,13 @@ impl Direction {
         self.inliers = self.all.select(flags);
     }
 
-    fn noise(&self, p: &Projection) -> Option<Noise> {
+    fn noise(&self, p: &ProjectionMatrix) -> Option<Noise> {
         let min = MIN_SIGMA * self.normalisation.scale();
         Noise::estimate(&self.inliers, p, min * min)
     }
 
     /// Σ min(error, c²) over all matches.
-    fn cost(&self, p: &Projection, noise: &Noise) -> f64 {
+    fn cost(&self, p: &ProjectionMatrix, noise: &Noise) -> f64 {
         self.all.iter().map(|point| noise.squared_error(point, p).min(CAP)).sum()
     }
 }

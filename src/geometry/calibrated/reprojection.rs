@@ -8,9 +8,9 @@
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::cameras::{Cameras, PARAMETERS};
+use crate::geometry::correspondences::{Correspondence, Correspondences, ProjectionMatrix, transform};
 use crate::geometry::levenberg_marquardt::{LeastSquares, NormalEquations};
 use crate::geometry::model::depth_derivative;
-use crate::geometry::points::{Point, Points, Projection, transform};
 use crate::statistics::{CHI_SQUARED_MEDIAN, median};
 
 /// c² of the robust cost x/(1 + x/c²) of a squared error x (Geman & McClure 1987): from three standard deviations on, the
@@ -38,7 +38,7 @@ pub(super) struct Noise {
 impl Noise {
     /// From the errors across and along the epipolar lines; `min` is the least variance of a point. `None` without points or
     /// without parallax.
-    pub fn estimate(points: &Points, p: &Projection, min: f64) -> Option<Self> {
+    pub fn estimate(points: &Correspondences, p: &ProjectionMatrix, min: f64) -> Option<Self> {
         let (mut across, mut along, mut units) = (Vec::new(), Vec::new(), Vec::new());
         let e = p.column(3).into_owned();
         for point in points.iter() {
@@ -57,7 +57,7 @@ impl Noise {
     }
 
     /// The squared error of a match, in standard deviations; infinite behind the camera.
-    pub fn squared_error(&self, point: &Point, p: &Projection) -> f64 {
+    pub fn squared_error(&self, point: &Correspondence, p: &ProjectionMatrix) -> f64 {
         let image = Vector3::from(transform(p, point.x, point.y, point.d));
         let e = p.column(3).into_owned();
         if image[2] > 0.0 { Corrected::new(point, image, e, self).squared_error } else { f64::INFINITY }
@@ -78,7 +78,7 @@ impl Projected {
         Self { third, place: [image[0] / third, image[1] / third] }
     }
 
-    fn residual(&self, point: &Point) -> Vector2<f64> {
+    fn residual(&self, point: &Correspondence) -> Vector2<f64> {
         Vector2::new(self.place[0] - point.u, self.place[1] - point.v)
     }
 }
@@ -101,7 +101,7 @@ struct Corrected {
 
 impl Corrected {
     /// Of a match with the homogeneous `image`, which moves by `e` per inverse depth.
-    fn new(point: &Point, image: Vector3<f64>, e: Vector3<f64>, noise: &Noise) -> Self {
+    fn new(point: &Correspondence, image: Vector3<f64>, e: Vector3<f64>, noise: &Noise) -> Self {
         let ratio = noise.point / noise.depth;
         // With the derivative at the observed point, over the third coordinate at d, r(d + δ) is linear in δ.
         let projected = Projected::new(image);
@@ -152,7 +152,7 @@ pub(super) struct Priors {
 
 /// Robust errors in both directions, target to reference first, and the priors.
 pub(super) struct Reprojection<'a> {
-    pub points: [&'a Points; 2],
+    pub points: [&'a Correspondences; 2],
     pub noise: [Noise; 2],
     pub priors: Priors,
 }
@@ -264,7 +264,7 @@ mod tests {
             ratio: 1.3,
         };
         let cameras = rest.moved(&row(Vector3::new(0.1, -0.2, 0.15), Vector3::zeros(), [0.0; 4]));
-        let mut points = [Points::default(), Points::default()];
+        let mut points = [Correspondences::default(), Correspondences::default()];
         for (points, p) in points.iter_mut().zip(&cameras.projections()) {
             for _ in 0..40 {
                 let (x, y, d) = (0.3 * next(), 0.3 * next(), next());

@@ -38,7 +38,7 @@ pub(super) fn two_cameras(
         return None;
     }
     let deviation = focal.map_or(FOCAL[1], |_| KNOWN_FOCAL);
-    let fit = |[target, reference]: [Camera; 2]| {
+    let fit = |[target, reference]: [Intrinsics; 2]| {
         let mut rays: Vec<Rays> = matches.iter().map(|[x, u]| [target.ray(*x), reference.ray(*u)]).collect();
         let back = reference.matrix().try_inverse()?;
         let essential = (back * model.e).cross_matrix() * (back * model.h * target.matrix());
@@ -49,19 +49,19 @@ pub(super) fn two_cameras(
         let motion = in_front(&rays, &decompose(&found.essential())?)?;
         Some((TwoCameras { rays, motion, back }, cost))
     };
-    let fits = cameras(sizes, focal).into_iter().filter_map(fit).filter(|(_, cost)| cost.is_finite());
+    let fits = intrinsics(sizes, focal).into_iter().filter_map(fit).filter(|(_, cost)| cost.is_finite());
     fits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(found, _)| found)
 }
 
 /// A pinhole camera with square pixels.
-struct Camera {
+struct Intrinsics {
     /// In pixels.
     focal: f64,
     /// The principal point.
     centre: [f64; 2],
 }
 
-impl Camera {
+impl Intrinsics {
     fn ray(&self, [x, y]: [f64; 2]) -> Vector3<f64> {
         Vector3::new((x - self.centre[0]) / self.focal, (y - self.centre[1]) / self.focal, 1.0)
     }
@@ -72,9 +72,9 @@ impl Camera {
     }
 }
 
-/// The cameras of one lens that may have taken photos of these sizes. A photo of other proportions than the other one was cropped: on both sides
+/// The intrinsics of one lens that may have taken photos of these sizes. A photo of other proportions than the other one was cropped: on both sides
 /// alike, or on one of them.
-fn cameras(sizes: [(usize, usize); 2], focal: Option<f64>) -> Vec<[Camera; 2]> {
+fn intrinsics(sizes: [(usize, usize); 2], focal: Option<f64>) -> Vec<[Intrinsics; 2]> {
     let sides = sizes.map(|(w, h)| [w as f64, h as f64]);
     let frames = frames(sides);
     let diagonal = |[w, h]: [f64; 2]| (w * w + h * h).sqrt();
@@ -82,7 +82,7 @@ fn cameras(sizes: [(usize, usize); 2], focal: Option<f64>) -> Vec<[Camera; 2]> {
     let missing = [0, 1].map(|k| [0, 1].map(|axis| frames[k][axis] - sides[k][axis]));
     let cropped = missing.iter().flatten().any(|missing| *missing >= 1.0);
     let shifts: &[f64] = if cropped { &[0.0, -0.5, 0.5] } else { &[0.0] };
-    let camera = |k: usize, shift: f64| Camera {
+    let camera = |k: usize, shift: f64| Intrinsics {
         focal: share * diagonal(frames[k]),
         centre: [0, 1].map(|axis| 0.5 * (sides[k][axis] - 1.0) + shift * missing[k][axis]),
     };

@@ -3,7 +3,7 @@
 use super::fundamental::{COARSE, FINE, Fundamental, FundamentalEstimator, PlaneAndParallax};
 use super::refine::refine_robustly;
 use super::seven_point::SAMPLE;
-use crate::geometry::points::{Points, Projection};
+use crate::geometry::correspondences::{Correspondences, ProjectionMatrix};
 use crate::geometry::ransac::local_optimisation::anneal;
 use crate::geometry::ransac::score::{Scales, count, inlier_errors, inliers_of, squared_errors};
 use crate::geometry::ransac::{Config, Found, ransac};
@@ -43,7 +43,7 @@ impl Epipolar {
     /// With σ from the distances to the lines, an inlier contributes the difference of both min(r²/σ², 9); one more direction
     /// of noise makes that 1 on average with variance 2. Matches far off the plane count only if there are more of them on
     /// the lines than the best of all epipoles finds among outliers.
-    pub fn shows_parallax(&self, points: &Points, plane: &Projection, pixel: f64, chance: f64) -> bool {
+    pub fn shows_parallax(&self, points: &Correspondences, plane: &ProjectionMatrix, pixel: f64, chance: f64) -> bool {
         /// Three standard deviations, squared.
         const CAP: f64 = 9.0;
         /// More than noise in two directions.
@@ -79,8 +79,8 @@ type Start = [Fundamental; 2];
 ///
 /// `None` if no sample gave a matrix.
 pub(super) fn search(
-    points: &Points,
-    plane: Option<&Projection>,
+    points: &Correspondences,
+    plane: Option<&ProjectionMatrix>,
     config: &Config,
     sampler: &mut Sampler,
 ) -> Option<Epipolar> {
@@ -118,7 +118,7 @@ fn narrowing(scales: &Scales) -> [f64; 3] {
 }
 
 /// Refines with one support after the other.
-fn refine_narrowing(points: &Points, start: &Fundamental, supports: &[f64], tolerance: f64) -> Fundamental {
+fn refine_narrowing(points: &Correspondences, start: &Fundamental, supports: &[f64], tolerance: f64) -> Fundamental {
     supports.iter().fold(*start, |f, support| refine_robustly(points, &f, *support, tolerance))
 }
 
@@ -130,7 +130,7 @@ fn refine_narrowing(points: &Points, start: &Fundamental, supports: &[f64], tole
 ///
 /// A smooth cost takes the place of inliers, a wide one first: where a set of inliers no longer changes depends on where refinement
 /// started, and so on the seed.
-fn refine_inliers(points: &Points, [found, refined]: Start, scales: &Scales) -> Option<Epipolar> {
+fn refine_inliers(points: &Correspondences, [found, refined]: Start, scales: &Scales) -> Option<Epipolar> {
     const ITERATIONS: usize = 3;
     /// From what distance on matches are all the same, in thresholds: 4.5 standard deviations, at which Tukey's biweight is nearly as
     /// efficient as least squares.

@@ -57,15 +57,15 @@ pub(in crate::geometry) fn in_front(rays: &[Rays], candidates: &[Motion]) -> Opt
     best.map(|(_, found)| *found)
 }
 
-/// Two cameras of one focal length.
+/// How a camera moved, and its focal length.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cameras {
+pub(super) struct MotionAndFocal {
     pub motion: Motion,
     /// ln of the focal length, in units of that which the rays were made with.
     log_focal: f64,
 }
 
-impl Cameras {
+impl MotionAndFocal {
     /// E = [t]× R.
     pub fn essential(&self) -> Matrix3<f64> {
         let (rotation, t) = &self.motion;
@@ -88,11 +88,11 @@ struct SampsonDistances<'a> {
 }
 
 impl LeastSquares for SampsonDistances<'_> {
-    type State = Cameras;
+    type State = MotionAndFocal;
     /// Rotation, translation and ln f; two more unknowns that nothing depends on, as those of the fundamental matrix are solved already.
     type Equations = NormalEquations<9>;
 
-    fn normal_equations(&self, cameras: &Cameras) -> NormalEquations<9> {
+    fn normal_equations(&self, cameras: &MotionAndFocal) -> NormalEquations<9> {
         let ((rotation, t), essential) = (&cameras.motion, cameras.essential());
         let (cross, unit) = (t.cross_matrix(), libm::exp(cameras.log_focal) / self.noise);
         let mut equations = NormalEquations::zeros();
@@ -120,10 +120,14 @@ impl LeastSquares for SampsonDistances<'_> {
         equations
     }
 
-    fn moved(&self, Cameras { motion: (rotation, t), log_focal }: &Cameras, step: &SVector<f64, 9>) -> Cameras {
+    fn moved(
+        &self,
+        MotionAndFocal { motion: (rotation, t), log_focal }: &MotionAndFocal,
+        step: &SVector<f64, 9>,
+    ) -> MotionAndFocal {
         let turn = small_rotation(step.fixed_rows::<3>(0).into_owned());
         let motion = (turn * rotation, (t + step.fixed_rows::<3>(3)).normalize());
-        Cameras { motion, log_focal: log_focal + step[6] }
+        MotionAndFocal { motion, log_focal: log_focal + step[6] }
     }
 }
 
@@ -135,8 +139,8 @@ fn axial(m: &Matrix3<f64>) -> [f64; 3] {
 /// Minimises the robust Sampson distances of the rays from `start`: the cameras found, and the cost. `noise` is the distance from which on a
 /// match counts less, a larger one at first, as few matches have any influence far from the minimum; `deviation` is the standard deviation of
 /// the logarithm of the focal length.
-pub(super) fn refine_cameras(rays: &[Rays], start: Motion, noise: f64, deviation: f64) -> (Cameras, f64) {
-    let start = Cameras { motion: start, log_focal: 0.0 };
+pub(super) fn refine_cameras(rays: &[Rays], start: Motion, noise: f64, deviation: f64) -> (MotionAndFocal, f64) {
+    let start = MotionAndFocal { motion: start, log_focal: 0.0 };
     NOISE_RATIOS.iter().fold((start, f64::INFINITY), |(cameras, _), ratio| {
         minimise(&SampsonDistances { rays, noise: ratio * noise, deviation }, cameras, TOLERANCE, ITERATIONS)
     })

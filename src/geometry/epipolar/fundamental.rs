@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::refine::refine;
 use super::seven_point::{SAMPLE, seven_point};
-use crate::geometry::points::{Point, Points};
+use crate::geometry::correspondences::{Correspondence, Correspondences};
 use crate::geometry::ransac::Estimator;
 use crate::geometry::ransac::score::{Residual, count};
 
@@ -36,7 +36,7 @@ pub(super) fn cofactors(m: &Matrix3<f64>) -> Matrix3<f64> {
 /// Sampson distances: to first order, how far both points together must move to meet the epipolar constraint.
 impl Residual for Fundamental {
     #[inline(always)]
-    fn squared_error(&self, p: &Point) -> f64 {
+    fn squared_error(&self, p: &Correspondence) -> f64 {
         let f = &self.0;
         let line = |r: usize| f[(r, 0)] * p.x + f[(r, 1)] * p.y + f[(r, 2)];
         let back = |c: usize| f[(0, c)] * p.u + f[(1, c)] * p.v + f[(2, c)];
@@ -56,26 +56,32 @@ impl Estimator for FundamentalEstimator {
         SAMPLE
     }
 
-    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+    fn fit_minimal(&self, points: &Correspondences, sample: &[usize]) -> Vec<Fundamental> {
         let mut found = seven_point(points, sample);
         found.retain(|f| oriented(points, sample, f));
         found
     }
 
-    fn refit(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
+    fn refit(&self, points: &Correspondences, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
         self.refine(points, inliers, model, COARSE)
     }
 
-    fn refine(&self, points: &Points, inliers: &[bool], start: &Fundamental, tolerance: f64) -> Option<Fundamental> {
+    fn refine(
+        &self,
+        points: &Correspondences,
+        inliers: &[bool],
+        start: &Fundamental,
+        tolerance: f64,
+    ) -> Option<Fundamental> {
         (count(inliers.iter().copied()) > SAMPLE).then(|| refine(&points.select(inliers), start, tolerance))
     }
 }
 
 /// Whether the whole sample lies on the same side of both cameras (Chum, Werner & Matas 2004).
-fn oriented(points: &Points, sample: &[usize], f: &Fundamental) -> bool {
+fn oriented(points: &Correspondences, sample: &[usize], f: &Fundamental) -> bool {
     let Some(e) = f.epipole() else { return false };
     let in_front = |i: usize| {
-        let Point { x, y, u, v, .. } = points[i];
+        let Correspondence { x, y, u, v, .. } = points[i];
         (f.0 * Vector3::new(x, y, 1.0)).dot(&e.cross(&Vector3::new(u, v, 1.0))) > 0.0
     };
     let ahead = count(sample.iter().map(|&i| in_front(i)));
@@ -93,21 +99,27 @@ impl Estimator for PlaneAndParallax {
         2
     }
 
-    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+    fn fit_minimal(&self, points: &Correspondences, sample: &[usize]) -> Vec<Fundamental> {
         // The line through a match and its image by the homography contains the epipole.
         let line = |i: usize| {
-            let Point { x, y, u, v, .. } = points[i];
+            let Correspondence { x, y, u, v, .. } = points[i];
             Vector3::new(u, v, 1.0).cross(&(self.0 * Vector3::new(x, y, 1.0)))
         };
         let epipole = line(sample[0]).cross(&line(sample[1]));
         vec![Fundamental(epipole.cross_matrix() * self.0)]
     }
 
-    fn refit(&self, points: &Points, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
+    fn refit(&self, points: &Correspondences, inliers: &[bool], model: &Fundamental) -> Option<Fundamental> {
         FundamentalEstimator.refit(points, inliers, model)
     }
 
-    fn refine(&self, points: &Points, inliers: &[bool], start: &Fundamental, tolerance: f64) -> Option<Fundamental> {
+    fn refine(
+        &self,
+        points: &Correspondences,
+        inliers: &[bool],
+        start: &Fundamental,
+        tolerance: f64,
+    ) -> Option<Fundamental> {
         FundamentalEstimator.refine(points, inliers, start, tolerance)
     }
 }

@@ -11,9 +11,9 @@ mod refine;
 mod seven_point;
 mod triangulation;
 
+use super::correspondences::{Correspondences, ProjectionMatrix};
 use super::normalisation::Normalisation;
 use super::plane::DepthSample;
-use super::points::{Points, Projection};
 use super::ransac::Config;
 use super::ransac::score::{Scales, count};
 use super::summary::{FEW, summarise};
@@ -98,7 +98,7 @@ struct PlaneParallax {
 impl PlaneParallax {
     /// `None` if the matches show no more parallax than the homography of a `plane` explains.
     fn find(usable: &[Usable], plane: Option<&Model>, options: &EstimateOptions) -> Option<Self> {
-        let mut points = Points::default();
+        let mut points = Correspondences::default();
         usable.iter().for_each(|m| points.push(m.ends[0], 0.0, m.ends[1]));
         let units = Normalisation::isotropic(&points);
         let points = units.apply(&points);
@@ -118,7 +118,7 @@ impl PlaneParallax {
         let epipolar = search(&points, plane.as_ref(), &config, &mut Sampler::new(options.seed))?;
         let chance = chance(usable, epipolar.threshold / units.scale());
         let needed = meaningful_consensus(usable.len(), seven_point::SAMPLE, chance);
-        let shown = |plane: &Projection| epipolar.shows_parallax(&points, plane, units.scale(), chance);
+        let shown = |plane: &ProjectionMatrix| epipolar.shows_parallax(&points, plane, units.scale(), chance);
         if count(epipolar.inliers.iter().copied()) < needed || !plane.as_ref().is_none_or(shown) {
             return None;
         }

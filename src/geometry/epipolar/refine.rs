@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::fundamental::{Fundamental, cofactors};
+use crate::geometry::correspondences::Correspondences;
 use crate::geometry::levenberg_marquardt::{LeastSquares, NormalEquations, minimise};
-use crate::geometry::points::Points;
 
 /// Most iterations.
 const ITERATIONS: usize = 50;
@@ -14,7 +14,7 @@ type Entries = SVector<f64, 9>;
 
 /// Tukey's biweight of the Sampson distances of the points, to which all distances beyond its `support` are the same.
 struct SampsonDistances<'a> {
-    points: &'a Points,
+    points: &'a Correspondences,
     support: f64,
 }
 
@@ -74,11 +74,16 @@ fn retract(mut f: Matrix3<f64>) -> Fundamental {
 
 /// Minimises the sum of squared Sampson distances over all of `points`, from `start`; never worse. Stops when a step
 /// reduces the cost by less than the fraction `tolerance`.
-pub(super) fn refine(points: &Points, start: &Fundamental, tolerance: f64) -> Fundamental {
+pub(super) fn refine(points: &Correspondences, start: &Fundamental, tolerance: f64) -> Fundamental {
     refine_robustly(points, start, f64::INFINITY, tolerance)
 }
 
 /// As [`refine`], but of Tukey's biweight of the distances.
-pub(super) fn refine_robustly(points: &Points, start: &Fundamental, support: f64, tolerance: f64) -> Fundamental {
+pub(super) fn refine_robustly(
+    points: &Correspondences,
+    start: &Fundamental,
+    support: f64,
+    tolerance: f64,
+) -> Fundamental {
     minimise(&SampsonDistances { points, support }, retract(start.0), tolerance, ITERATIONS).0
 }

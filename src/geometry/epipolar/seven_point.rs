@@ -3,7 +3,7 @@
 use nalgebra::{FullPivLU, Matrix3, SMatrix, SVector};
 
 use super::fundamental::{Fundamental, cofactors};
-use crate::geometry::points::{Point, Points};
+use crate::geometry::correspondences::{Correspondence, Correspondences};
 
 /// Matches in a minimal sample.
 pub(super) const SAMPLE: usize = 7;
@@ -14,10 +14,10 @@ const MIN_PIVOT: f64 = 1e-10;
 const BISECTIONS: usize = 60;
 
 /// Up to three matrices of rank 2; none if the matches leave more than two dimensions open.
-pub(super) fn seven_point(points: &Points, sample: &[usize]) -> Vec<Fundamental> {
+pub(super) fn seven_point(points: &Correspondences, sample: &[usize]) -> Vec<Fundamental> {
     let mut rows = SMatrix::<f64, SAMPLE, 9>::zeros();
     for (r, &i) in sample.iter().enumerate().take(SAMPLE) {
-        let Point { x, y, u, v, .. } = points[i];
+        let Correspondence { x, y, u, v, .. } = points[i];
         rows.set_row(r, &SVector::from([u * x, u * y, u, v * x, v * y, v, x, y, 1.0]).transpose());
     }
     let Some([a, b]) = null_space(rows) else { return Vec::new() };

@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::fundamental::Fundamental;
+use crate::geometry::correspondences::{Correspondence, Correspondences, ProjectionMatrix, transform};
 use crate::geometry::model::Model;
 use crate::geometry::plane::{DepthSample, dominant_plane, plane_depth};
-use crate::geometry::points::{Point, Points, Projection, transform};
 use crate::geometry::ransac::score::count;
 use crate::geometry::usable::flagged;
 
@@ -31,11 +31,11 @@ pub(super) struct Triangulated {
 ///
 /// `None` if fewer than eight matches are left or the plane contains the reference's camera.
 pub(super) fn plane_parallax(
-    points: &Points,
+    points: &Correspondences,
     inliers: &[bool],
     f: &Fundamental,
     unit: f64,
-) -> Option<(Projection, Vec<Triangulated>)> {
+) -> Option<(ProjectionMatrix, Vec<Triangulated>)> {
     let e = f.epipole()?;
     let model = Model { h: e.cross_matrix() * f.0, e };
     let mut projection = joined(model.h, e);
@@ -74,16 +74,16 @@ pub(super) fn plane_parallax(
     Some((projection, matches))
 }
 
-fn joined(h: Matrix3<f64>, e: Vector3<f64>) -> Projection {
-    Projection::from_columns(&[h.column(0), h.column(1), h.column(2), e.column(0)])
+fn joined(h: Matrix3<f64>, e: Vector3<f64>) -> ProjectionMatrix {
+    ProjectionMatrix::from_columns(&[h.column(0), h.column(1), h.column(2), e.column(0)])
 }
 
-fn third(p: &Projection, m: &Triangulated) -> f64 {
+fn third(p: &ProjectionMatrix, m: &Triangulated) -> f64 {
     transform(p, m.target[0], m.target[1], m.depth[0])[2]
 }
 
 /// A match with the g that projects it closest to its place in the reference.
-fn triangulate(index: usize, point: &Point, model: &Model) -> Option<Triangulated> {
+fn triangulate(index: usize, point: &Correspondence, model: &Model) -> Option<Triangulated> {
     let target = [point.x, point.y];
     let depth = model.triangulate(target, [point.u, point.v])?;
     let parallax = model.parallax(target, depth);

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
 use super::bundle::{Freedom, adjust};
-use super::placing::{Sighting, TOLERANCE, place};
 use super::relative_pose::RelativePose;
+use super::resection::{LandmarkObservation, TOLERANCE, resect};
 use super::scene::{Camera, Landmark, Scene};
 use super::self_calibration::Focal;
 use super::tracks::{Track, thinned};
@@ -54,8 +54,8 @@ pub(super) fn grow(
         scene.normalise();
         let Some(photo) = next(&scene, tracks, rotations, &refused) else { break };
         let rotation = rotations[photo]?;
-        let sightings = sightings(&scene, tracks, photo);
-        let found = place(&scene, &rotation, &sightings, &mut sampler).filter(|(_, close)| *close >= FEWEST);
+        let observations = observations(&scene, tracks, photo);
+        let found = resect(&scene, &rotation, &observations, &mut sampler).filter(|(_, close)| *close >= FEWEST);
         let camera = match found {
             Some((camera, _)) => Some(camera),
             None => by_direction(&scene, tracks, poses, rotation, photo),
@@ -126,7 +126,7 @@ fn start<'a>(
             if let (Some(one), Some(other)) = (end(a), end(b))
                 && let Some(found) = scene.error(turn * scene.ray(one), other)
             {
-                moved.push((found.error[0] * found.error[0] + found.error[1] * found.error[1]).sqrt());
+                moved.push(found.distance());
             }
         }
         let count = moved.len() as f64;
@@ -156,7 +156,7 @@ fn next(scene: &Scene, tracks: &[Track], rotations: &[Option<Matrix3<f64>>], ref
 }
 
 /// The landmarks that a photo sees.
-fn sightings(scene: &Scene, tracks: &[Track], photo: usize) -> Vec<Sighting> {
+fn observations(scene: &Scene, tracks: &[Track], photo: usize) -> Vec<LandmarkObservation> {
     // A landmark knows its anchor; the photo's own observation is in the track with that observation.
     let mut found = Vec::new();
     let mut landmarks = scene.landmarks.iter();
@@ -167,9 +167,9 @@ fn sightings(scene: &Scene, tracks: &[Track], photo: usize) -> Vec<Sighting> {
             continue;
         }
         if let Some(o) = track.iter().find(|o| o.photo == photo)
-            && let Some(sighting) = Sighting::new(scene, &current.anchor, current.depth, *o)
+            && let Some(observation) = LandmarkObservation::new(scene, &current.anchor, current.depth, *o)
         {
-            found.push(sighting);
+            found.push(observation);
         }
         landmark = landmarks.next();
     }

@@ -2,7 +2,7 @@
 
 use super::bundle::{Freedom, adjust};
 use super::growth::{LANDMARKS, MANY};
-use super::placing::TOLERANCE;
+use super::resection::TOLERANCE;
 use super::scene::{MOST_NOISE, Scene};
 use super::tracks::{Track, thinned};
 use crate::geometry::Distortion;

@@ -73,6 +73,14 @@ pub(super) struct Appearance {
     pub error: [f64; 2],
 }
 
+impl Appearance {
+    /// How far off it is, in pixels.
+    pub fn distance(&self) -> f64 {
+        let [x, y] = self.error;
+        (x * x + y * y).sqrt()
+    }
+}
+
 impl Scene {
     pub fn new(lenses: &[Lens], focal: &Focal) -> Self {
         Self {
@@ -117,8 +125,7 @@ impl Scene {
 
     /// The distance in pixels of a landmark's image from where it was seen.
     pub fn distance(&self, landmark: &Landmark, o: &Observation) -> f64 {
-        self.appearance(landmark, o)
-            .map_or(f64::INFINITY, |a| (a.error[0] * a.error[0] + a.error[1] * a.error[1]).sqrt())
+        self.appearance(landmark, o).map_or(f64::INFINITY, |found| found.distance())
     }
 
     /// Makes landmarks anew of all tracks that two placed photos or more see within `tolerance` pixels of one point.

@@ -7,13 +7,11 @@
 use nalgebra::Matrix3;
 
 use super::{Lens, PairLink};
+use crate::geometry::calibrated::LOG_FOCAL;
 use crate::geometry::eigen::eigenpairs;
 use crate::geometry::{Match, Model, ModelKind};
 use crate::rect::diagonal;
 
-/// The weak prior of ln(focal length in diagonals), with its standard deviation: most lenses have 21 to 43 mm on a 35 mm
-/// camera.
-const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 /// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded, and some refer to the width of 35 mm
 /// film.
 const KNOWN_FOCAL: f64 = 0.05;
@@ -77,7 +75,7 @@ pub(super) fn common_focal(lenses: &[Lens], links: &[PairLink], shares: &[f64]) 
                 _ => calibrated(&model.h, focals),
             };
             let gap = singular_value_gap(&matrix, link.kind == ModelKind::TwoView) / GAP;
-            // Two pairs' worth of evidence is worth as much as the prior, whatever the number of pairs.
+            // The average pair counts twice as much as the prior.
             let weight = 2.0 * (link.matches.len() as f64).sqrt() * models.len() as f64 / total;
             cost += weight * gap * gap / (1.0 + gap * gap / CAP);
         }

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use super::bundle::Freedom;
 use super::growth::{LANDMARKS, finish};
 use super::homographies::Chain;
-use super::placing::TOLERANCE;
+use super::resection::TOLERANCE;
 use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
 use super::tracks::{Observation, Track, thinned, tracks};

@@ -1,7 +1,7 @@
 //! From the best sample to a model and its inliers.
 
 use super::{COARSE, FINE, ProjectionEstimator};
-use crate::geometry::points::{Points, Projection};
+use crate::geometry::correspondences::{Correspondences, ProjectionMatrix};
 use crate::geometry::ransac::local_optimisation::{anneal, converge};
 use crate::geometry::ransac::score::{Scales, count, inlier_errors, inliers_of};
 use crate::geometry::ransac::{Config, Found, ransac};
@@ -15,7 +15,7 @@ const STEP: f64 = 0.6;
 /// A model and the matches that agree with it.
 #[derive(Debug, Clone)]
 pub(in crate::geometry) struct Consensus {
-    pub projection: Projection,
+    pub projection: ProjectionMatrix,
     /// The matches within the threshold.
     pub inliers: Vec<bool>,
     /// The matches the model was fitted to, all of them inliers.
@@ -26,7 +26,7 @@ pub(in crate::geometry) struct Consensus {
 
 impl Consensus {
     /// Of a model fitted to all of its inliers.
-    pub fn new(projection: Projection, inliers: Vec<bool>, threshold: f64) -> Self {
+    pub fn new(projection: ProjectionMatrix, inliers: Vec<bool>, threshold: f64) -> Self {
         Self { projection, support: inliers.clone(), inliers, threshold }
     }
 
@@ -40,8 +40,8 @@ impl Consensus {
 /// the model depends on which of the matches near the paper's wide threshold, mostly wrong ones, a sample happens to admit.
 pub(in crate::geometry) fn refine_published(
     estimator: ProjectionEstimator,
-    points: &Points,
-    found: &Projection,
+    points: &Correspondences,
+    found: &ProjectionMatrix,
     threshold: f64,
 ) -> Option<Consensus> {
     let inliers = inliers_of(points, found, threshold);
@@ -57,9 +57,9 @@ pub(in crate::geometry) fn refine_published(
 /// caller hoped.
 pub(in crate::geometry) fn anneal_to_narrowest(
     estimator: ProjectionEstimator,
-    points: &Points,
+    points: &Correspondences,
     scales: &Scales,
-    found: &Projection,
+    found: &ProjectionMatrix,
 ) -> Option<Consensus> {
     let (wide, narrow) = (scales.widest(), scales.narrowest());
     let most = count(inliers_of(points, found, wide));
@@ -78,8 +78,8 @@ pub(in crate::geometry) fn anneal_to_narrowest(
 /// Narrows the threshold from `from` to `to`, refitting at each step, and converges there.
 fn anneal_and_converge(
     estimator: ProjectionEstimator,
-    points: &Points,
-    start: &Projection,
+    points: &Correspondences,
+    start: &ProjectionMatrix,
     from: f64,
     to: f64,
 ) -> Option<Consensus> {
@@ -91,7 +91,11 @@ fn anneal_and_converge(
 
 /// Fits once more to the inliers within three standard deviations, then selects the inliers again: the few matches near a
 /// wide threshold are mostly wrong or at wrong depths, and would have the largest influence.
-fn refine_on_accurate(estimator: ProjectionEstimator, points: &Points, consensus: Consensus) -> Option<Consensus> {
+fn refine_on_accurate(
+    estimator: ProjectionEstimator,
+    points: &Correspondences,
+    consensus: Consensus,
+) -> Option<Consensus> {
     let Consensus { projection, inliers, threshold, .. } = consensus;
     let sigma = median(inlier_errors(points, &projection, threshold))?.sqrt() / RAYLEIGH_MEDIAN;
     let narrower = (3.0 * sigma).max(0.01 * threshold).min(threshold);
@@ -108,7 +112,7 @@ fn refine_on_accurate(estimator: ProjectionEstimator, points: &Points, consensus
 /// Homographies one after the other, each by RANSAC on the matches that the ones before left over (Zaragoza et al. 2014):
 /// flags of all their inliers, and the trials. A homography needs at least `min_inliers(matches left)`.
 pub(in crate::geometry) fn homographies(
-    points: &Points,
+    points: &Correspondences,
     config: &Config,
     sampler: &mut Sampler,
     min_inliers: impl Fn(usize) -> usize,

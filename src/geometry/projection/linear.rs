@@ -6,8 +6,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::geometry::correspondences::{Correspondence, Correspondences, ProjectionMatrix};
 use crate::geometry::eigen::eigenpairs;
-use crate::geometry::points::{Point, Points, Projection};
 
 /// Fits a projection of N columns to the matches `indices`: 4 with depth (6 matches or more), 3 a homography (4 or more).
 /// The sign of the result is arbitrary.
@@ -15,10 +15,14 @@ use crate::geometry::points::{Point, Points, Projection};
 /// `None` if the matches do not determine it. In the order 1, x, y, d each pivot of S is the variance that the coordinates
 /// before leave unexplained: below the fraction `min_pivot`, the matches lie on one line or in one spot (y), or on one
 /// plane of depth (d).
-pub(super) fn fit<const N: usize>(points: &Points, indices: &[usize], min_pivot: f64) -> Option<Projection> {
+pub(super) fn fit<const N: usize>(
+    points: &Correspondences,
+    indices: &[usize],
+    min_pivot: f64,
+) -> Option<ProjectionMatrix> {
     let [mut s, mut su, mut sv, mut q] = [SMatrix::<f64, N, N>::zeros(); 4];
     for &i in indices {
-        let Point { x, y, d, u, v } = points[i];
+        let Correspondence { x, y, d, u, v } = points[i];
         let m = SVector::<f64, N>::from_column_slice(&[1.0, x, y, d][..N]);
         let mm = m * m.transpose();
         s += mm;
@@ -38,5 +42,5 @@ pub(super) fn fit<const N: usize>(points: &Points, indices: &[usize], min_pivot:
     // From 1, x, y, d to x, y, 1, d.
     const ORDER: [usize; 4] = [1, 2, 0, 3];
     let rows = [h1, h2, h3];
-    Some(Projection::from_fn(|r, c| rows[r].get(ORDER[c]).copied().unwrap_or(0.0)))
+    Some(ProjectionMatrix::from_fn(|r, c| rows[r].get(ORDER[c]).copied().unwrap_or(0.0)))
 }

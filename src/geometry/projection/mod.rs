@@ -8,7 +8,7 @@ mod refine;
 pub(super) use consensus::{Consensus, anneal_to_narrowest, homographies, refine_published};
 pub(super) use parallax::parallax_observable;
 
-use super::points::{Point, Points, Projection, transform};
+use super::correspondences::{Correspondence, Correspondences, ProjectionMatrix, transform};
 use super::ransac::Estimator;
 use super::ransac::score::{Residual, count, squared_errors};
 
@@ -24,9 +24,9 @@ pub(super) const COARSE: f64 = 1e-3;
 pub(super) const FINE: f64 = 1e-10;
 
 /// Transfer errors in front of the camera (paper, equation 5), infinite behind it.
-impl Residual for Projection {
+impl Residual for ProjectionMatrix {
     #[inline(always)]
-    fn squared_error(&self, p: &Point) -> f64 {
+    fn squared_error(&self, p: &Correspondence) -> f64 {
         let [a, b, w] = transform(self, p.x, p.y, p.d);
         let reciprocal = 1.0 / w;
         let (du, dv) = (a * reciprocal - p.u, b * reciprocal - p.v);
@@ -44,7 +44,7 @@ pub(super) enum ProjectionEstimator {
 }
 
 impl Estimator for ProjectionEstimator {
-    type Model = Projection;
+    type Model = ProjectionMatrix;
 
     fn sample_size(&self) -> usize {
         match self {
@@ -53,7 +53,7 @@ impl Estimator for ProjectionEstimator {
         }
     }
 
-    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Projection> {
+    fn fit_minimal(&self, points: &Correspondences, sample: &[usize]) -> Vec<ProjectionMatrix> {
         let Some(model) = self.linear(points, sample, SAMPLE_VARIANCE) else { return Vec::new() };
         // All of the sample must be in front of the camera, by one sign of the model or the other.
         let behind = count(sample.iter().map(|&i| points[i].third(&model) <= 0.0));
@@ -64,17 +64,23 @@ impl Estimator for ProjectionEstimator {
         }
     }
 
-    fn refit(&self, points: &Points, inliers: &[bool], _: &Projection) -> Option<Projection> {
+    fn refit(&self, points: &Correspondences, inliers: &[bool], _: &ProjectionMatrix) -> Option<ProjectionMatrix> {
         self.linear_of_most(points, inliers)
     }
 
-    fn refine(&self, points: &Points, inliers: &[bool], start: &Projection, tolerance: f64) -> Option<Projection> {
+    fn refine(
+        &self,
+        points: &Correspondences,
+        inliers: &[bool],
+        start: &ProjectionMatrix,
+        tolerance: f64,
+    ) -> Option<ProjectionMatrix> {
         self.fit(points, inliers, Some(start), tolerance)
     }
 }
 
 impl ProjectionEstimator {
-    fn linear(self, points: &Points, indices: &[usize], min_pivot: f64) -> Option<Projection> {
+    fn linear(self, points: &Correspondences, indices: &[usize], min_pivot: f64) -> Option<ProjectionMatrix> {
         match self {
             Self::Depth => linear::fit::<4>(points, indices, min_pivot),
             Self::Homography => linear::fit::<3>(points, indices, min_pivot),
@@ -82,7 +88,7 @@ impl ProjectionEstimator {
     }
 
     /// The linear fit to the flagged matches, with the sign that has most of them in front of the camera.
-    fn linear_of_most(self, points: &Points, inliers: &[bool]) -> Option<Projection> {
+    fn linear_of_most(self, points: &Correspondences, inliers: &[bool]) -> Option<ProjectionMatrix> {
         let indices: Vec<usize> = inliers.iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i).collect();
         let model = self.linear(points, &indices, FIT_VARIANCE)?;
         let behind = count(indices.iter().map(|&i| points[i].third(&model) < 0.0));
@@ -93,17 +99,17 @@ impl ProjectionEstimator {
     /// smaller error. `None` if they do not determine the model.
     pub fn fit(
         self,
-        points: &Points,
+        points: &Correspondences,
         inliers: &[bool],
-        start: Option<&Projection>,
+        start: Option<&ProjectionMatrix>,
         tolerance: f64,
-    ) -> Option<Projection> {
+    ) -> Option<ProjectionMatrix> {
         let chosen = points.select(inliers);
         if chosen.len() < self.sample_size() {
             return None;
         }
         let linear = self.linear_of_most(points, inliers);
-        let sum = |p: &Projection| squared_errors(&chosen, p).iter().sum::<f64>();
+        let sum = |p: &ProjectionMatrix| squared_errors(&chosen, p).iter().sum::<f64>();
         let start = match (&linear, start) {
             (Some(linear), Some(start)) if sum(start) < sum(linear) => start,
             (linear, start) => linear.as_ref().or(start)?,

@@ -1,6 +1,6 @@
 //! Whether the matches show parallax that the depth explains.
 
-use crate::geometry::points::{Points, Projection};
+use crate::geometry::correspondences::{Correspondences, ProjectionMatrix};
 use crate::geometry::ransac::score::squared_errors;
 use crate::statistics::{RAYLEIGH_MEDIAN, median};
 
@@ -21,10 +21,10 @@ const EXTRA_FREEDOM: f64 = 3.0;
 /// homography where most matches lie on one plane and the depth is inaccurate: it is exact there, and would hardly pay for
 /// all those it misses.
 pub(in crate::geometry) fn parallax_observable(
-    points: &Points,
+    points: &Correspondences,
     inliers: &[bool],
-    depth: &Projection,
-    homography: &Projection,
+    depth: &ProjectionMatrix,
+    homography: &ProjectionMatrix,
     scale: f64,
     area: f64,
 ) -> bool {

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3x4, Matrix4, SMatrix, SVector, Vector4};
 
+use crate::geometry::correspondences::{Correspondences, ProjectionMatrix, transform};
 use crate::geometry::levenberg_marquardt::{LeastSquares, NormalEquations, minimise};
-use crate::geometry::points::{Points, Projection, transform};
 
 /// Most iterations.
 const ITERATIONS: usize = 100;
@@ -15,15 +15,15 @@ const COLUMNS: [usize; 4] = [0, 1, 3, 2];
 
 /// The squared transfer errors of `points`. Without `depth` the last column has no effect: its gradient is 0.
 struct TransferErrors<'a> {
-    points: &'a Points,
+    points: &'a Correspondences,
     depth: bool,
 }
 
 impl LeastSquares for TransferErrors<'_> {
-    type State = Projection;
+    type State = ProjectionMatrix;
     type Equations = NormalEquations<UNKNOWNS>;
 
-    fn normal_equations(&self, p: &Projection) -> NormalEquations<UNKNOWNS> {
+    fn normal_equations(&self, p: &ProjectionMatrix) -> NormalEquations<UNKNOWNS> {
         let mut cost = 0.0;
         let mut gradient = Matrix3x4::zeros();
         // Σ weight·mmᵀ with the weights 1, −u, −v and u² + v², m being (x, y, d, 1) over the third coordinate.
@@ -58,7 +58,7 @@ impl LeastSquares for TransferErrors<'_> {
         }
     }
 
-    fn moved(&self, projection: &Projection, step: &SVector<f64, UNKNOWNS>) -> Projection {
+    fn moved(&self, projection: &ProjectionMatrix, step: &SVector<f64, UNKNOWNS>) -> ProjectionMatrix {
         let mut moved = *projection;
         for (i, s) in step.iter().enumerate() {
             moved[(i / 4, COLUMNS[i % 4])] += s;
@@ -70,7 +70,12 @@ impl LeastSquares for TransferErrors<'_> {
 /// Minimises the sum of squared transfer errors over all of `points` (normalised), starting at `start`, of the depth model
 /// or of a homography. Stops when an iteration reduces the cost by less than the fraction `tolerance`; never worse than
 /// `start`. The result has 1 at (3, 3).
-pub(super) fn refine(points: &Points, start: &Projection, depth: bool, tolerance: f64) -> Projection {
+pub(super) fn refine(
+    points: &Correspondences,
+    start: &ProjectionMatrix,
+    depth: bool,
+    tolerance: f64,
+) -> ProjectionMatrix {
     let scale = start[(2, 2)];
     if scale.is_nan() || scale <= 0.0 {
         return *start;

@@ -2,7 +2,7 @@
 
 use super::Estimator;
 use super::score::inliers_of;
-use crate::geometry::points::Points;
+use crate::geometry::correspondences::Correspondences;
 
 /// Most iterations of [`converge`]; few fits need more than five.
 const ITERATIONS: usize = 20;
@@ -11,7 +11,7 @@ const ITERATIONS: usize = 20;
 /// too few inliers are left.
 pub(in crate::geometry) fn anneal<E: Estimator>(
     estimator: &E,
-    points: &Points,
+    points: &Correspondences,
     start: &E::Model,
     thresholds: impl IntoIterator<Item = f64>,
     iterations: usize,
@@ -31,7 +31,7 @@ pub(in crate::geometry) fn anneal<E: Estimator>(
 /// Selects inliers and refits to them until they stay the same; the model and its inliers. `None` if too few are left.
 pub(in crate::geometry) fn converge<E: Estimator>(
     estimator: &E,
-    points: &Points,
+    points: &Correspondences,
     start: &E::Model,
     threshold: f64,
     tolerance: f64,

@@ -6,7 +6,7 @@
 pub(super) mod local_optimisation;
 pub(super) mod score;
 
-use super::points::Points;
+use super::correspondences::Correspondences;
 use crate::sampler::Sampler;
 use score::{Residual, Scales, count, inliers_of};
 
@@ -48,14 +48,20 @@ pub(super) trait Estimator {
     fn sample_size(&self) -> usize;
 
     /// All models through a minimal sample; none if the sample is degenerate.
-    fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Self::Model>;
+    fn fit_minimal(&self, points: &Correspondences, sample: &[usize]) -> Vec<Self::Model>;
 
     /// A fast fit to the flagged matches, as local optimisation needs it; `None` if they do not determine a model.
-    fn refit(&self, points: &Points, inliers: &[bool], model: &Self::Model) -> Option<Self::Model>;
+    fn refit(&self, points: &Correspondences, inliers: &[bool], model: &Self::Model) -> Option<Self::Model>;
 
     /// Non-linear least squares on the flagged matches, from `start` until an iteration reduces the cost by less than the
     /// fraction `tolerance`; `None` if they do not determine a model.
-    fn refine(&self, points: &Points, inliers: &[bool], start: &Self::Model, tolerance: f64) -> Option<Self::Model>;
+    fn refine(
+        &self,
+        points: &Correspondences,
+        inliers: &[bool],
+        start: &Self::Model,
+        tolerance: f64,
+    ) -> Option<Self::Model>;
 }
 
 /// The best model so far, if any, its cost, and the number of samples drawn for it.
@@ -75,7 +81,7 @@ impl<M: Residual + Copy> Found<M> {
     fn replace_if_better(
         &mut self,
         estimator: &dyn Estimator<Model = M>,
-        points: &Points,
+        points: &Correspondences,
         config: &Config,
         model: M,
     ) -> bool {
@@ -100,7 +106,7 @@ impl<M: Residual + Copy> Found<M> {
     }
 
     /// The fraction of inliers among the matches `indices`.
-    fn inlier_ratio(&self, points: &Points, indices: &[usize], threshold: f64) -> f64 {
+    fn inlier_ratio(&self, points: &Correspondences, indices: &[usize], threshold: f64) -> f64 {
         self.model.map_or(0.0, |model| {
             let inliers = inliers_of(points, &model, threshold);
             count(indices.iter().map(|&i| inliers[i])) as f64 / indices.len() as f64
@@ -112,7 +118,7 @@ impl<M: Residual + Copy> Found<M> {
 /// included. Trials add up.
 pub(super) fn ransac<M: Residual + Copy>(
     estimator: &dyn Estimator<Model = M>,
-    points: &Points,
+    points: &Correspondences,
     population: &[usize],
     config: &Config,
     sampler: &mut Sampler,
@@ -145,14 +151,14 @@ pub(super) fn ransac<M: Residual + Copy>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::points::Point;
+    use crate::geometry::correspondences::Correspondence;
 
     /// u = x + a, v = y + b: the simplest model there is, through a single match.
     #[derive(Debug, Clone, Copy, PartialEq)]
     struct Translation([f64; 2]);
 
     impl Residual for Translation {
-        fn squared_error(&self, p: &Point) -> f64 {
+        fn squared_error(&self, p: &Correspondence) -> f64 {
             let [dx, dy] = [p.u - p.x - self.0[0], p.v - p.y - self.0[1]];
             dx * dx + dy * dy
         }
@@ -167,18 +173,24 @@ mod tests {
             1
         }
 
-        fn fit_minimal(&self, points: &Points, sample: &[usize]) -> Vec<Translation> {
+        fn fit_minimal(&self, points: &Correspondences, sample: &[usize]) -> Vec<Translation> {
             sample.iter().map(|&i| Translation([points[i].u - points[i].x, points[i].v - points[i].y])).collect()
         }
 
-        fn refit(&self, points: &Points, inliers: &[bool], _: &Translation) -> Option<Translation> {
+        fn refit(&self, points: &Correspondences, inliers: &[bool], _: &Translation) -> Option<Translation> {
             let inliers = points.select(inliers);
             let n = inliers.len() as f64;
-            let mean = |shift: fn(&Point) -> f64| inliers.iter().map(shift).sum::<f64>() / n;
+            let mean = |shift: fn(&Correspondence) -> f64| inliers.iter().map(shift).sum::<f64>() / n;
             (n > 0.0).then(|| Translation([mean(|p| p.u - p.x), mean(|p| p.v - p.y)]))
         }
 
-        fn refine(&self, points: &Points, inliers: &[bool], start: &Translation, _: f64) -> Option<Translation> {
+        fn refine(
+            &self,
+            points: &Correspondences,
+            inliers: &[bool],
+            start: &Translation,
+            _: f64,
+        ) -> Option<Translation> {
             self.refit(points, inliers, start)
         }
     }
@@ -186,10 +198,10 @@ mod tests {
     const TRUE: [f64; 2] = [0.3, -0.2];
 
     /// 100 matches with noise of at most 0.001, and `outliers` more that are anywhere.
-    fn matches(outliers: usize) -> Points {
+    fn matches(outliers: usize) -> Correspondences {
         let mut random = Sampler::new(7);
         let mut number = || random.below(1 << 20) as f64 / f64::from(1 << 19) - 1.0;
-        let mut points = Points::default();
+        let mut points = Correspondences::default();
         for i in 0..100 + outliers {
             let ([x, y], [dx, dy]) = ([number(), number()], [number(), number()]);
             let [a, b] = if i < 100 { [TRUE[0] + 0.001 * dx, TRUE[1] + 0.001 * dy] } else { [dx, dy] };
@@ -206,7 +218,7 @@ mod tests {
         local_iterations: 5,
     };
 
-    fn search(points: &Points, config: &Config, seed: u32) -> Found<Translation> {
+    fn search(points: &Correspondences, config: &Config, seed: u32) -> Found<Translation> {
         let all: Vec<usize> = (0..points.len()).collect();
         ransac(&TranslationEstimator, points, &all, config, &mut Sampler::new(seed), Found::none())
     }
@@ -245,7 +257,7 @@ mod tests {
 
     #[test]
     fn too_few_matches_give_no_model() {
-        let found = search(&Points::default(), &CONFIG, 1);
+        let found = search(&Correspondences::default(), &CONFIG, 1);
         assert!(found.model.is_none() && found.cost.is_infinite() && found.trials == 0);
     }
 

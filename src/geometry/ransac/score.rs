@@ -2,29 +2,29 @@
 
 use wide::{CmpLt, f64x2};
 
-use crate::geometry::points::{Point, Points};
+use crate::geometry::correspondences::{Correspondence, Correspondences};
 
 /// A model that matches can be measured against.
 pub(in crate::geometry) trait Residual {
     /// The squared error of a match in the units of the points, which a search has normalised; infinite where the model has no
     /// image of it.
-    fn squared_error(&self, point: &Point) -> f64;
+    fn squared_error(&self, point: &Correspondence) -> f64;
 }
 
 /// The squared errors of all matches.
-pub(in crate::geometry) fn squared_errors(points: &[Point], model: &impl Residual) -> Vec<f64> {
+pub(in crate::geometry) fn squared_errors(points: &[Correspondence], model: &impl Residual) -> Vec<f64> {
     points.iter().map(|point| model.squared_error(point)).collect()
 }
 
 /// The squared errors of those within the threshold.
-pub(in crate::geometry) fn inlier_errors(points: &Points, model: &impl Residual, threshold: f64) -> Vec<f64> {
+pub(in crate::geometry) fn inlier_errors(points: &Correspondences, model: &impl Residual, threshold: f64) -> Vec<f64> {
     let mut errors = squared_errors(points, model);
     errors.retain(|e| *e < threshold * threshold);
     errors
 }
 
 /// Which matches are within the threshold.
-pub(in crate::geometry) fn inliers_of(points: &Points, model: &impl Residual, threshold: f64) -> Vec<bool> {
+pub(in crate::geometry) fn inliers_of(points: &Correspondences, model: &impl Residual, threshold: f64) -> Vec<bool> {
     points.iter().map(|point| model.squared_error(point) < threshold * threshold).collect()
 }
 
@@ -56,7 +56,7 @@ impl Scales {
     }
 
     /// Cost of a model. Stops once it reaches `limit`.
-    pub fn cost(&self, points: &Points, model: &impl Residual, limit: f64) -> f64 {
+    pub fn cost(&self, points: &Correspondences, model: &impl Residual, limit: f64) -> f64 {
         const BLOCK: usize = 64;
         let (inverse, one) = (self.0.map(|t| 1.0 / (t * t)), f64x2::splat(1.0));
         let mut cost = 0.0;

@@ -17,13 +17,13 @@ pub(super) const TOLERANCE: f64 = 4.0;
 const SCALE: f64 = 2.0;
 
 /// A landmark in the world's axes, (X, w), and where the new camera sees it.
-pub(super) struct Sighting {
+pub(super) struct LandmarkObservation {
     point: Vector3<f64>,
     depth: f64,
     observation: Observation,
 }
 
-impl Sighting {
+impl LandmarkObservation {
     pub fn new(scene: &Scene, anchor: &Observation, depth: f64, observation: Observation) -> Option<Self> {
         let camera = scene.cameras[anchor.photo].as_ref()?;
         let point = camera.rotation.tr_mul(&(scene.ray(anchor) - camera.translation * depth));
@@ -37,45 +37,45 @@ impl Sighting {
     /// The error in pixels.
     pub fn error(&self, scene: &Scene, camera: &Camera) -> f64 {
         let found = scene.error(self.seen_by(camera), &self.observation);
-        found.map_or(f64::INFINITY, |a| (a.error[0] * a.error[0] + a.error[1] * a.error[1]).sqrt())
+        found.map_or(f64::INFINITY, |found| found.distance())
     }
 }
 
 /// The camera of this rotation, nearly, that sees most of the landmarks where they were seen; and how many.
-pub(super) fn place(
+pub(super) fn resect(
     scene: &Scene,
     rotation: &Matrix3<f64>,
-    sightings: &[Sighting],
+    observations: &[LandmarkObservation],
     sampler: &mut Sampler,
 ) -> Option<(Camera, usize)> {
-    if sightings.len() < 3 {
+    if observations.len() < 3 {
         return None;
     }
     let mut best: Option<(Camera, f64)> = None;
     for _ in 0..TRIALS {
         let mut pick = [0; 2];
-        sampler.sample(sightings.len(), &mut pick);
-        let Some(translation) = translation(scene, rotation, pick.map(|i| &sightings[i])) else { continue };
+        sampler.sample(observations.len(), &mut pick);
+        let Some(translation) = translation(scene, rotation, pick.map(|i| &observations[i])) else { continue };
         let camera = Camera { rotation: *rotation, translation };
-        let cost = sightings.iter().map(|s| (s.error(scene, &camera) / SEARCH).powi(2).min(1.0)).sum();
+        let cost = observations.iter().map(|s| (s.error(scene, &camera) / SEARCH).powi(2).min(1.0)).sum();
         if best.is_none_or(|(_, least)| cost < least) {
             best = Some((camera, cost));
         }
     }
-    let problem = Resection { scene, sightings };
+    let problem = Resection { scene, observations };
     let (camera, _) = minimise(&problem, best?.0, 1e-6, 60);
-    let close = sightings.iter().filter(|s| s.error(scene, &camera) < TOLERANCE).count();
+    let close = observations.iter().filter(|s| s.error(scene, &camera) < TOLERANCE).count();
     Some((camera, close))
 }
 
 /// The translation for which two landmarks are nearest to their rays: x × (R X + w t) = 0.
-fn translation(scene: &Scene, rotation: &Matrix3<f64>, two: [&Sighting; 2]) -> Option<Vector3<f64>> {
+fn translation(scene: &Scene, rotation: &Matrix3<f64>, two: [&LandmarkObservation; 2]) -> Option<Vector3<f64>> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
-    for sighting in two {
-        let cross = scene.ray(&sighting.observation).cross_matrix();
-        let a = cross * sighting.depth;
+    for observation in two {
+        let cross = scene.ray(&observation.observation).cross_matrix();
+        let a = cross * observation.depth;
         matrix += a.tr_mul(&a);
-        right -= a.tr_mul(&(cross * (rotation * sighting.point)));
+        right -= a.tr_mul(&(cross * (rotation * observation.point)));
     }
     let found = matrix.cholesky()?.solve(&right);
     found.iter().all(|v| v.is_finite()).then_some(found)
@@ -84,7 +84,7 @@ fn translation(scene: &Scene, rotation: &Matrix3<f64>, two: [&Sighting; 2]) -> O
 /// Robust reprojection errors of one camera.
 struct Resection<'a> {
     scene: &'a Scene,
-    sightings: &'a [Sighting],
+    observations: &'a [LandmarkObservation],
 }
 
 impl LeastSquares for Resection<'_> {
@@ -93,9 +93,9 @@ impl LeastSquares for Resection<'_> {
 
     fn normal_equations(&self, camera: &Camera) -> NormalEquations<6> {
         let mut equations = NormalEquations::zeros();
-        for sighting in self.sightings {
-            let o = &sighting.observation;
-            let Some(seen) = self.scene.error(sighting.seen_by(camera), o) else {
+        for observation in self.observations {
+            let o = &observation.observation;
+            let Some(seen) = self.scene.error(observation.seen_by(camera), o) else {
                 equations.cost += SCALE * SCALE * 5.0;
                 continue;
             };
@@ -105,8 +105,8 @@ impl LeastSquares for Resection<'_> {
             let weight = 1.0 / (1.0 + square);
             let scale = self.scene.diagonals[o.photo] * self.scene.focal(o.photo) / p[2];
             let slope = Matrix2x3::new(1.0, 0.0, -p[0] / p[2], 0.0, 1.0, -p[1] / p[2]) * scale;
-            let turn = -(slope * (p - camera.translation * sighting.depth).cross_matrix());
-            let shift = slope * sighting.depth;
+            let turn = -(slope * (p - camera.translation * observation.depth).cross_matrix());
+            let shift = slope * observation.depth;
             for k in 0..2 {
                 let row = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { turn[(k, i)] } else { shift[(k, i - 3)] });
                 equations.add(&row, seen.error[k], weight);
