@@ -35,7 +35,7 @@ impl Job {
 }
 
 /// A number of pixels, or of bytes: far beyond any memory they saturate.
-fn pixels((width, height): Size) -> u64 {
+pub(super) fn pixels((width, height): Size) -> u64 {
     (width as u64).saturating_mul(height as u64)
 }
 
@@ -51,14 +51,14 @@ const FRAGMENTATION: u64 = if cfg!(target_arch = "wasm32") { 10 } else { 0 };
 const FRAGMENTATION_SMOOTH: u64 = 2 * FRAGMENTATION;
 const FRAGMENTATION_HALVED: u64 = FRAGMENTATION / 5;
 /// An RGBA photo, and a map of `f32`.
-const RGBA: u64 = 4;
-const MAP: u64 = 4;
-const MASK: u64 = 1;
+pub(super) const RGBA: u64 = 4;
+pub(super) const MAP: u64 = 4;
+pub(super) const MASK: u64 = 1;
 /// What a stage knows of pixels that are not there: distances, or marks.
-const MASKED: u64 = 2;
+pub(super) const MASKED: u64 = 2;
 
 /// Descriptor and keypoint.
-const FEATURE: u64 = 128 + 20;
+pub(super) const FEATURE: u64 = 128 + 20;
 /// Pixels per feature in a photo with texture, and most features of such a photo.
 const PIXELS_PER_FEATURE: u64 = 50;
 const FEATURES: u64 = 6000;
@@ -335,7 +335,7 @@ pub(crate) fn check_inputs(photos: [Size; 2], limit: u64) -> Result<()> {
     refuse_above(limit, bytes, larger)
 }
 
-fn refuse_above(limit: u64, bytes: u64, (width, height): Size) -> Result<()> {
+pub(super) fn refuse_above(limit: u64, bytes: u64, (width, height): Size) -> Result<()> {
     if bytes > limit {
         Err(Error::TooLarge { width: width as u64, height: height as u64, bytes, limit }.into())
     } else {

@@ -11,7 +11,7 @@ use crate::{ImageView, Result, Stage};
 const CANDIDATES: usize = 8;
 /// Most features of a photo that are matched: the work grows with their square, and tracks through several photos make up for
 /// what a pair lacks.
-const FEATURES: usize = 5000;
+pub(super) const FEATURES: usize = 5000;
 /// The strongest features of each photo are matched first, to find the others that it may overlap.
 const STRONGEST: usize = 400;
 /// Beyond [`CANDIDATES`] photos so many of the strongest are matched at first, a sixth of the work, which is enough where so many of them

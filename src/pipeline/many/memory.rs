@@ -1,21 +1,18 @@
 //! How much memory many photos take: as the two largest alone, and what is held of all.
 
-use crate::pipeline::memory::{Job, Memory};
+use super::graph;
+use crate::Result;
+use crate::pipeline::memory::{FEATURE, Job, MAP, MASK, MASKED, Memory, RGBA, pixels, refuse_above};
 use crate::pipeline::options::Options;
-use crate::{Error, Result};
 
-/// Bytes per pixel that are held of every photo: RGBA, the map through its landmarks, and what stereo found.
-const PHOTO: u64 = 4 + 4 + 4;
+/// Bytes per pixel that are held of every photo, with the map through its landmarks and what stereo found.
+const PHOTO: u64 = RGBA + 2 * MAP;
 /// Features of a photo.
-const FEATURES: u64 = 5000 * (128 + 20);
+const FEATURES: u64 = graph::FEATURES as u64 * FEATURE;
 /// Tracks of a photo, its landmarks, and their part of the equations of bundle adjustment.
 const GEOMETRY: u64 = 600_000;
 /// Per pixel of the canvas, besides what two photos take: the composition with its labels, footprint and depth.
-const CANVAS: u64 = 4 + 1 + 1 + 4;
-
-fn pixels((width, height): (usize, usize)) -> u64 {
-    (width as u64).saturating_mul(height as u64)
-}
+const CANVAS: u64 = RGBA + 2 * MASK + MAP;
 
 /// What will be taken, and what may be.
 pub(crate) struct Budget<'a> {
@@ -44,12 +41,12 @@ impl<'a> Budget<'a> {
 
     /// Of what is held of a photo that is not there everywhere: a copy, and distances.
     pub fn add_masked(&mut self, size: (usize, usize)) {
-        self.add(size, 4 + 2);
+        self.add(size, RGBA + MASKED);
     }
 
     /// Of a depth map that is given.
     pub fn add_depth(&mut self, size: (usize, usize)) {
-        self.add(size, 4);
+        self.add(size, MAP);
     }
 
     /// Copies of the photos, and their depth, in frames of these sizes are held beside those given, and are what is worked on.
@@ -88,12 +85,6 @@ impl<'a> Budget<'a> {
     /// # Errors
     /// `too-large`.
     pub fn check(&self, canvas: (usize, usize)) -> Result<()> {
-        let bytes = self.bytes(canvas);
-        if bytes > self.limit {
-            let largest = if canvas.0 > 0 { canvas } else { self.largest };
-            let (width, height) = (largest.0 as u64, largest.1 as u64);
-            return Err(Error::TooLarge { width, height, bytes, limit: self.limit }.into());
-        }
-        Ok(())
+        refuse_above(self.limit, self.bytes(canvas), if canvas.0 > 0 { canvas } else { self.largest })
     }
 }
