@@ -58,7 +58,7 @@ export function recordOf(cause: unknown): ErrorRecord {
   return {
     code: isMemory ? "out-of-memory" : "internal",
     stage: "input",
-    message: `the core failed unexpectedly: ${reason}`,
+    message: `${isMemory ? "out of memory" : "the core failed unexpectedly"}: ${reason}`,
     details: {},
   };
 }

@@ -158,6 +158,18 @@ test("a lost worker is reported, and the next run works", async () => {
   await page.locator("#run").click();
   await page.locator("#message", { hasText: /bug in the program/ }).waitFor();
   await page.unroute(/assets\/browser-.*\.js$/);
+
+  // A failed growth of memory has no number of bytes.
+  const full = { code: "out-of-memory", stage: "input", message: "out of memory", details: {} };
+  await page.route(/assets\/browser-.*\.js$/, (route) =>
+    route.fulfill({
+      contentType: "text/javascript",
+      body: `postMessage({ ready: true }); onmessage = () => postMessage({ error: ${JSON.stringify(full)} });`,
+    }),
+  );
+  await page.locator("#run").click();
+  await page.locator("#message", { hasText: "The browser has no memory left for this." }).waitFor();
+  await page.unroute(/assets\/browser-.*\.js$/);
   await stitchAgain(page);
   assert.equal(await page.locator("#message").textContent(), "");
   await close();

@@ -222,21 +222,35 @@ test("a worker that dies rejects its call; the next one works", async () => {
   await works();
 });
 
-test("an exception inside the core makes it start afresh", async () => {
-  const { now } = Performance.prototype;
-  Performance.prototype.now = () => {
-    throw new WebAssembly.RuntimeError("unreachable");
-  };
-  let error;
-  try {
-    error = await rejection(stitch(target, reference, { ...inputs, worker: false }));
-  } finally {
-    Performance.prototype.now = now;
-  }
-  assert.ok(error instanceof StitchError);
-  assert.equal(error.code, "internal");
-  await works({ worker: false });
-});
+for (const { thrown, code, says } of [
+  {
+    thrown: new WebAssembly.RuntimeError("unreachable"),
+    code: "internal",
+    says: "the core failed unexpectedly: unreachable",
+  },
+  {
+    thrown: new RangeError("could not allocate memory"),
+    code: "out-of-memory",
+    says: "out of memory: could not allocate memory",
+  },
+]) {
+  test(`an exception inside the core makes it start afresh: ${code}`, async () => {
+    const { now } = Performance.prototype;
+    Performance.prototype.now = () => {
+      throw thrown;
+    };
+    let error;
+    try {
+      error = await rejection(stitch(target, reference, { ...inputs, worker: false }));
+    } finally {
+      Performance.prototype.now = now;
+    }
+    assert.ok(error instanceof StitchError);
+    assert.equal(error.code, code);
+    assert.equal(error.message, says);
+    await works({ worker: false });
+  });
+}
 
 test("a program ends when its work is done, and not before", () => {
   const program = `

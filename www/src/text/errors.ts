@@ -64,7 +64,10 @@ const explanations: { readonly [K in Exclude<ErrorCode, "aborted">]: Explanation
     "Reduce the photo size or the canvas limit, or increase the memory limit under Options.",
   ],
   "out-of-memory": (number) => [
-    `The browser could not allocate ${bytes(number("bytes"))} of memory.`,
+    // The engine does not say how much a failed growth of memory was about.
+    number("bytes") > 0
+      ? `The browser could not allocate ${bytes(number("bytes"))} of memory.`
+      : "The browser has no memory left for this.",
     "Close other tabs, or reduce the photo size under Options.",
   ],
   "decode-failed": (_, message) => [
