@@ -276,6 +276,35 @@ test("starting over, the example and another photo in a card can be undone", asy
   await close();
 });
 
+test("photos that are chosen while the example is fetched are kept", async () => {
+  const chosen = { two: smallPhotos, three: [...smallPhotos, exampleFile("target.jpg")] };
+  for (const [many, files] of Object.entries(chosen)) {
+    const { page, close } = await site.open();
+    /** @type {() => void} */
+    let arrive = () => {};
+    const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
+    await page.route("**/sample/*.jpg", async (route) => {
+      await arrived;
+      // The page may have given it up.
+      await route.continue().catch(() => {});
+    });
+    const asked = page.waitForRequest("**/sample/target.jpg");
+    await page.locator("#start-sample").click();
+    await asked;
+    await page.locator("#status", { hasText: "Loading the files" }).waitFor();
+    await page.setInputFiles("#many-files", files);
+    await finished(page);
+    const source = await page.locator("#result-source").textContent();
+    arrive();
+    await page.waitForTimeout(300);
+    await idle(page);
+    assert.equal(await page.locator("#result-source").textContent(), source, many);
+    assert.doesNotMatch(source ?? "", /example/);
+    assert.equal(await page.locator("#message").textContent(), "");
+    await close();
+  }
+});
+
 test("what takes no photo's place offers no way back, and settings chosen since are kept", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   await drop(page, ".masthead", [smallFile("matches.csv")]);

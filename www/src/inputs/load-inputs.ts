@@ -20,6 +20,7 @@ import { decodePhoto, imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
 import { decodeSlot, inOneColourSpace, turnsOf } from "./decode-slots.js";
 import type { Files } from "./decode-slots.js";
+import { fetchCase } from "./fetch-case.js";
 import { readCase, type Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
@@ -64,6 +65,7 @@ export class InputLoader {
         const loader = await this.sets();
         if (before.set) loader.add(photos);
         else loader.start(photos, adds);
+        this.#giveUp();
         if (!before.set && !adds) this.#reportReplaced(before, photos, own.length);
         this.#reportUnusedFiles(
           files.filter((file) => !photos.includes(file) && !isCaseFile(file)),
@@ -84,26 +86,27 @@ export class InputLoader {
     }
   }
 
-  /** Loads the case that is part of the page. */
+  /** Loads the case that is part of the page, unless files are chosen before it has arrived. */
   async loadSample(folder: URL): Promise<void> {
+    const before = this.#store.state;
+    const loads = slotNames.map((slot) => ({ slot, signal: this.#begin(slot) }));
+    const fetching = new AbortController();
+    for (const { signal } of loads) signal.addEventListener("abort", () => fetching.abort());
+    this.#store.set({ loading: new Set(slotNames) });
+    let fetched;
     try {
-      const before = this.#store.state;
-      const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
-      const theCase = await readCase(await fetchFile(folder, "case.json"));
-      if (!theCase) throw new InputFileError("It is not of two photos.");
-      const files: { [K in SlotName]?: File } = {};
-      await Promise.all(
-        slotNames.map(async (slot) => {
-          const name = theCase.files[slot];
-          if (name !== undefined) files[slot] = await fetchFile(folder, name);
-        }),
-      );
-      this.#clearOthers(files);
-      if (!(await this.#load(files, "sample", theCase.depth))) return;
-      this.#reportReplaced(before, [], own.length);
+      fetched = await fetchCase(folder, fetching.signal);
     } catch (error) {
+      const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
+      this.#store.set({ loading: this.#loadingExcept(current) });
+      if (fetching.signal.aborted) return;
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
+      return;
     }
+    this.#clearOthers(fetched.files);
+    if (!(await this.#load(fetched.files, "sample", fetched.depth))) return;
+    const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
+    this.#reportReplaced(before, [], own.length);
   }
 
   /** Turns a photo by 90° clockwise, with its depth map and the matches. */
@@ -125,7 +128,7 @@ export class InputLoader {
     const now = this.#store.state;
     if (typeof turned === "string") {
       // A file that was moved or changed since.
-      const loading = new Set([...now.loading].filter((name) => name !== slot));
+      const loading = this.#loadingExcept([slot]);
       this.#store.set({ loading, problems: { ...now.problems, [slot]: turned } });
       return;
     }
@@ -140,7 +143,7 @@ export class InputLoader {
           content: turnMatches(matches.content, slot, content.original.height),
         },
       },
-      loading: new Set([...now.loading].filter((name) => name !== slot)),
+      loading: this.#loadingExcept([slot]),
     });
   }
 
@@ -212,7 +215,7 @@ export class InputLoader {
     this.#store.set({
       slots: { ...state.slots, ...emptied },
       problems: without(state.problems, slots),
-      loading: new Set([...state.loading].filter((slot) => !slots.includes(slot))),
+      loading: this.#loadingExcept(slots),
       message: null,
     });
   }
@@ -228,8 +231,18 @@ export class InputLoader {
     const { loading, set } = this.#store.state;
     if (set) void this.sets().then((loader) => loader.cancel());
     if (loading.size === 0) return;
-    for (const slot of loading) this.#latest.get(slot)?.abort();
-    this.#store.set({ loading: new Set(), status: "Cancelled" });
+    this.#giveUp();
+    this.#store.set({ status: "Cancelled" });
+  }
+
+  #giveUp(): void {
+    for (const slot of this.#store.state.loading) this.#latest.get(slot)?.abort();
+    this.#store.set({ loading: new Set() });
+  }
+
+  /** The slots that are being loaded besides these. */
+  #loadingExcept(slots: readonly SlotName[]): ReadonlySet<SlotName> {
+    return new Set([...this.#store.state.loading].filter((slot) => !slots.includes(slot)));
   }
 
   /** Begins to load a slot, and gives up what was being loaded there. */
@@ -282,7 +295,7 @@ export class InputLoader {
       slots,
       settings: depthSettingsAfter(this.#store.state, slots, loaded, depth),
       problems,
-      loading: new Set([...this.#store.state.loading].filter((slot) => !current.includes(slot))),
+      loading: this.#loadingExcept(current),
     });
     return true;
   }
@@ -343,14 +356,6 @@ function namesAbsent(theCase: Case, placed: Files): string[] {
     const name = theCase.files[slot];
     return name !== undefined && !placed[slot] ? [name] : [];
   });
-}
-
-async function fetchFile(folder: URL, name: string): Promise<File> {
-  const response = await fetch(new URL(name, folder));
-  if (!response.ok)
-    throw new InputFileError(`${name}: the server responded with status ${response.status}.`);
-  const blob = await response.blob();
-  return new File([blob], name, { type: blob.type });
 }
 
 function unusable(error: unknown, title: string) {
