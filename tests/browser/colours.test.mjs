@@ -1,6 +1,6 @@
 // Colour profiles and camera data, from the dropped file to the saved one.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { readFile, rm } from "node:fs/promises";
 import { after, test } from "node:test";
 import { stitch } from "depthstitch";
 import { decodeImage, encodeJpeg, encodePng, readMetadata } from "depthstitch/codecs";
@@ -111,5 +111,24 @@ test("photos of two colour spaces are stitched in the larger one, two or three",
   await page.locator("#result-source", { hasText: "3 of 3 photos" }).waitFor();
   const three = await saved(page, "#download-mosaic");
   assert.deepEqual(await readMetadata(three.bytes), { colourProfile, exif: null });
+  await close();
+});
+
+test("a photo that cannot be read again in the colours of the other one leaves its place", async () => {
+  const { page, close } = await site.open();
+  const colourProfile = await displayP3(page);
+  const plain = written("gone.png", await encodePng(target));
+  await page.setInputFiles("#target-file", plain);
+  const card = page.locator('[data-slot="target"]');
+  await card.locator(".file", { hasText: "gone.png" }).waitFor();
+  await rm(plain);
+  const wide = written("f.png", await encodePng(reference, { colourProfile }));
+  await page.setInputFiles("#reference-file", wide);
+  await card.locator(".note.bad", { hasText: "gone.png could not be read again" }).waitFor();
+  await page.locator('[data-slot="reference"] .file', { hasText: "f.png" }).waitFor();
+  assert.doesNotMatch((await page.locator("#status").textContent()) ?? "", /Loading/);
+  // Another file is loaded as ever.
+  await page.setInputFiles("#target-file", smallPhotos[0] ?? "");
+  await page.locator("#status", { hasText: /^Done/ }).waitFor();
   await close();
 });

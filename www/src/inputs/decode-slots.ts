@@ -1,8 +1,10 @@
 import { decodePhoto, imageTaskAlone } from "../image-worker/client.js";
+import type { Photo } from "../image-worker/contents.js";
 import {
   photoSlots,
   type Contents,
   type Loaded,
+  type PhotoSlot,
   type SlotName,
   type Slots,
   type State,
@@ -40,7 +42,7 @@ export async function decodeSlot<K extends SlotName>(
   try {
     return { [slot]: { file, content: await decoders[slot](file, how), origin } };
   } catch (error) {
-    return error instanceof Error ? error.message : String(error);
+    return messageOf(error);
   }
 }
 
@@ -51,20 +53,33 @@ export function turnsOf({ slots }: State, slot: SlotName, files: Files): number 
   return loaded && loaded.file === files[slot] ? loaded.content.turns : 0;
 }
 
+/** A photo that was decoded again, or why it could not be: its file may have been moved since. */
+interface Recoloured {
+  readonly before: Loaded<Photo>;
+  readonly after: Loaded<Photo> | string;
+}
+
 /** Those photos that have to be decoded again, so that both are in the larger of their colour spaces. */
 export async function inOneColourSpace(
   slots: Slots,
   limit: number,
-): Promise<Pick<Partial<Slots>, "target" | "reference">> {
+): Promise<{ readonly [K in PhotoSlot]?: Recoloured }> {
   const wide = "display-p3";
   if (photoSlots.every((slot) => slots[slot]?.content.colourSpace !== wide)) return {};
   let again = {};
   for (const slot of photoSlots) {
-    const loaded = slots[slot];
-    if (!loaded || loaded.content.colourSpace === wide) continue;
-    const { file, content } = loaded;
-    const decoded = await decodePhoto(file, file.name, limit, content.turns, wide);
-    again = { ...again, [slot]: { ...loaded, content: decoded } };
+    const before = slots[slot];
+    if (!before || before.content.colourSpace === wide) continue;
+    const { file, content } = before;
+    const after = await decodePhoto(file, file.name, limit, content.turns, wide).then(
+      (content) => ({ ...before, content }),
+      (error: unknown) => `${file.name} could not be read again: ${messageOf(error)}`,
+    );
+    again = { ...again, [slot]: { before, after } };
   }
   return again;
+}
+
+function messageOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

@@ -288,8 +288,12 @@ export class InputLoader {
     }
     let slots = withLoaded(this.#store.state.slots, loaded);
     for (const slot of photoSlots) {
-      const other = recoloured[slot];
-      if (other && slots[slot]?.file === other.file) slots = { ...slots, [slot]: other };
+      const again = recoloured[slot];
+      if (!again || slots[slot]?.file !== again.before.file) continue;
+      const { after } = again;
+      // In two colour spaces the photos cannot be stitched.
+      slots = { ...slots, [slot]: typeof after === "string" ? null : after };
+      if (typeof after === "string") problems = { ...problems, [slot]: after };
     }
     this.#store.set({
       slots,
