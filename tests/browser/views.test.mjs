@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { decodeImage, encodeJpeg, encodePng } from "depthstitch/codecs";
 import {
+  cancelDuring,
   exampleFile,
   idle,
   savedPicture,
@@ -196,6 +197,32 @@ test("holds the result against a homography, with a line that moves", async () =
   await page.mouse.up();
   assert.ok(Math.abs(Number(await slider.inputValue()) - 250) < 20, "dragging the line moves it");
   assert.notEqual((await page.evaluate(shown)).sum, middle.sum);
+  await close();
+});
+
+test("a method that was cancelled leaves the comparison as it was, and can be chosen again", async () => {
+  const { page, complaints, close } = await site.open({ files: smallCase });
+  const select = page.locator("#view-controls select");
+  await page.evaluate(cancelDuring, "Warping");
+  await open(page, "compare");
+  await page.locator('body[data-cancelled="Warping"]').waitFor();
+  assert.equal(await select.inputValue(), "", "there is none yet");
+  await select.selectOption("homography");
+  await idle(page);
+  const homography = await page.evaluate(shown);
+
+  await page.locator("body").evaluate((body) => delete body.dataset.cancelled);
+  await page.evaluate(cancelDuring, "Warping");
+  await select.selectOption("forward");
+  await page.locator('body[data-cancelled="Warping"]').waitFor();
+  await idle(page);
+  assert.equal(await select.inputValue(), "homography");
+  assert.equal((await page.evaluate(shown)).sum, homography.sum);
+  await select.selectOption("forward");
+  await idle(page);
+  assert.equal(await select.inputValue(), "forward");
+  assert.notEqual((await page.evaluate(shown)).sum, homography.sum);
+  assert.deepEqual(await complaints(), []);
   await close();
 });
 

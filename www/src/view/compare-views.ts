@@ -13,6 +13,13 @@ import type { Extent } from "./viewport.js";
 /** The method that the result is compared with, and the position of the divider. */
 export const comparison = { method: "homography", share: 0.5 };
 
+/** The result of a method, to be drawn. */
+interface Compared {
+  readonly picture: Picture;
+  readonly extent: Extent;
+  readonly label: string;
+}
+
 export const compareView: View = {
   id: "compare",
   label: "Before and after",
@@ -21,26 +28,23 @@ export const compareView: View = {
     const offered = methods.filter((method) => !isDegenerate(method, outcome));
     const after = await pictureOf(outcome.mosaic, outcome, view);
     const afterExtent = canvasExtent(outcome);
-    let before: { picture: Picture; extent: Extent; label: string } | null = null;
-    const choose = async (id: string) => {
+    const choose = async (id: string): Promise<Compared | null> => {
       const method = offered.find((offer) => offer.id === id) ?? offered[0];
-      if (!method) return;
-      comparison.method = method.id;
+      if (!method) return null;
       const result = await view.resultBy(method, outcome);
-      before = {
-        picture: await pictureOf(result.mosaic, outcome, view),
-        extent: canvasExtent({ result }),
-        label: `${method.label} · ${agreement(result)}`,
-      };
-      view.redraw();
+      const picture = await pictureOf(result.mosaic, outcome, view);
+      comparison.method = method.id;
+      const label = `${method.label} · ${agreement(result)}`;
+      return { picture, extent: canvasExtent({ result }), label };
     };
-    await choose(comparison.method);
+    // Without one, as it was cancelled or has failed, another one can be chosen.
+    let before = await choose(comparison.method).catch(() => null);
 
     const slider = makeSlider(view);
     const choices = Object.fromEntries(offered.map(({ id, label }) => [id, label]));
     return {
       scene: {
-        extent: before ? union((before as { extent: Extent }).extent, afterExtent) : afterExtent,
+        extent: before ? union(before.extent, afterExtent) : afterExtent,
         space: "canvas",
         split: {
           get: () => comparison.share,
@@ -63,7 +67,13 @@ export const compareView: View = {
         },
       },
       caption: "Left: the other method; right: depthstitch. Drag the divider, or use the slider.",
-      controls: [slider, selection("Before:", choices, comparison.method, (id) => void choose(id))],
+      controls: [
+        slider,
+        selection("Before:", choices, before ? comparison.method : "", async (id) => {
+          before = await choose(id);
+          view.redraw();
+        }),
+      ],
     };
   },
 };

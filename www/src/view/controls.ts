@@ -14,18 +14,30 @@ export function checkbox(
   return make("label", { class: "check" }, input, ...sign, text);
 }
 
-/** A labelled selection. */
+/**
+ * A labelled selection, of nothing if `value` is no choice. If `onChange` fails, which it reports itself, the selection goes
+ * back to what is shown.
+ */
 export function selection(
   text: string,
   choices: Readonly<Record<string, string>>,
   value: string,
-  onChange: (value: string) => void,
+  onChange: (value: string) => Promise<void>,
 ): HTMLElement {
   const select = make("select");
-  for (const [id, name] of Object.entries(choices)) {
-    select.append(new Option(name, id, id === value, id === value));
-  }
-  select.addEventListener("change", () => onChange(select.value));
+  for (const [id, name] of Object.entries(choices)) select.append(new Option(name, id));
+  select.value = value;
+  let shown = value;
+  select.addEventListener("change", () => {
+    const chosen = select.value;
+    onChange(chosen).then(
+      () => (shown = chosen),
+      () => {
+        // Another one may have been chosen meanwhile.
+        if (select.value === chosen) select.value = shown;
+      },
+    );
+  });
   return make("label", { class: "inline" }, `${text} `, select);
 }
 
