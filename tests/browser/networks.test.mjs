@@ -177,6 +177,34 @@ test("downloads are reported, can be cancelled, and can fail", async () => {
   await close();
 });
 
+test("a network that cannot fill is not said to have filled", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const built = await savedPicture(page);
+  await page.route(`${host}**`, (route) => route.abort());
+  await openPanel(page, "fill");
+  await page.check('input[name="fill-method"][value="lama"]');
+  await page.fill("#fill-host", `${host}lama-like.onnx`);
+  await page.locator("#fill-host").blur();
+  await page.locator("#run").click();
+  await idle(page);
+  await page.locator("#message", { hasText: /network could not be used/ }).waitFor();
+  assert.match((await page.locator("#report-text").textContent()) ?? "", /from their surroundings/);
+  await page.locator("#tab-voids").click();
+  await page.locator("#view-caption", { hasText: "filled from their surroundings" }).waitFor();
+  const source = await page.locator("#result-source").textContent();
+  assert.match(source ?? "", /made with other settings/);
+  assertSame(await savedPicture(page), built);
+
+  await page.unroute(`${host}**`);
+  await serveModels(page);
+  await page.locator("#run").click();
+  await idle(page);
+  assert.match((await page.locator("#report-text").textContent()) ?? "", /inpainted by LaMa/);
+  await page.locator("#view-caption", { hasText: "inpainted by LaMa" }).waitFor();
+  assert.doesNotMatch((await page.locator("#result-source").textContent()) ?? "", /settings/);
+  await close();
+});
+
 /** Fills with a network and compares with what the core filled. @param {"migan" | "lama"} model @param {string} file */
 async function fillWith(model, file) {
   const { page, complaints, close } = await site.open({ files: smallCase });

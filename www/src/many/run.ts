@@ -1,9 +1,6 @@
 import { StitchError, type Progress } from "depthstitch";
-import { NetworkError } from "../networks/client.js";
 import { filledMosaic } from "../run/fill.js";
 import { lastingMessage, type Message, type Running, type Settings, type Store } from "../state.js";
-import { errorMessage } from "../text/errors.js";
-import { fillStatus } from "../text/networks.js";
 import { seconds } from "../text/numbers.js";
 import { manyResultOf, prepareSet } from "./job.js";
 
@@ -36,22 +33,13 @@ export async function stitchSet(
   });
   if (!stitched) return;
   const { result, cached } = stitched;
-  let message = lastingMessage(store.state);
-  const mosaic = await filledMosaic(result, settings, signal, (progress) =>
-    store.set({
-      running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
-    }),
-  ).catch((error: unknown) => {
-    if (!(error instanceof NetworkError)) throw error;
-    message = errorMessage(error);
-    return result.mosaic;
-  });
+  const { message, ...filled } = await filledMosaic(store, result, settings, signal);
   const elapsed = performance.now() - start;
   const { photos } = job;
   store.set({
     running: null,
     status: cached ? "Done (reused the earlier result)" : `Done in ${seconds(elapsed)}`,
-    outcome: { kind: "many", result, mosaic, photos, set, settings, elapsed },
+    outcome: { kind: "many", result, ...filled, photos, set, elapsed },
     message,
   });
 }

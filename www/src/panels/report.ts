@@ -18,14 +18,14 @@ export function bindReport(store: Store): void {
   });
 }
 
-/** The inputs of the result, and whether they have changed since. */
+/** The inputs of the result, and whether others are chosen now. */
 function source(state: State): string {
   const { outcome, running, settings } = state;
   if (!outcome) return "";
   const names = sourceOf(outcome);
   if (running) return names;
   if (!isShown(state)) return `${names} · the inputs have changed since`;
-  return outcome.settings === settings ? names : `${names} · the settings have changed since`;
+  return outcome.settings === settings ? names : `${names} · made with other settings`;
 }
 
 function sourceOf(outcome: Outcome | ManyOutcome): string {

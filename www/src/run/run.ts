@@ -2,7 +2,7 @@ import type { CallOptions } from "depthstitch";
 import type { DepthMap, Photo } from "../image-worker/contents.js";
 import type { InputLoader } from "../inputs/load-inputs.js";
 import { byId, onClick, setEnabled } from "../dom.js";
-import { NetworkError, runNetwork } from "../networks/client.js";
+import { runNetwork } from "../networks/client.js";
 import type { NetworkProgress } from "../networks/requests.js";
 import {
   depthNetworkOf,
@@ -16,7 +16,7 @@ import {
 import { taken } from "../image-worker/client.js";
 import { errorMessage } from "../text/errors.js";
 import { seconds } from "../text/numbers.js";
-import { depthStatus, fillStatus } from "../text/networks.js";
+import { depthStatus } from "../text/networks.js";
 import { filledMosaic } from "./fill.js";
 import { isReading, usablePhotos } from "../many/photo-set.js";
 import { prepareJob } from "./prepare.js";
@@ -128,19 +128,9 @@ export class Runner {
       signal,
       onProgress: (running) => this.#store.set({ running }),
     });
-    const report = (progress: NetworkProgress) =>
-      this.#store.set({
-        running: { stage: "model-fill", fraction: progress.fraction, text: fillStatus(progress) },
-      });
-    let message = lastingMessage(this.#store.state);
-    const mosaic = await filledMosaic(result, settings, signal, report).catch((error: unknown) => {
-      if (!(error instanceof NetworkError)) throw error;
-      // The mosaic filled by the core is available in any case.
-      message = errorMessage(error);
-      return result.mosaic;
-    });
+    const { message, ...filled } = await filledMosaic(this.#store, result, settings, signal);
     const elapsed = performance.now() - start;
-    const outcome: Outcome = { kind: "pair", result, mosaic, job, slots, settings, elapsed };
+    const outcome: Outcome = { kind: "pair", result, ...filled, job, slots, elapsed };
     const status = cached ? "Done (reused the earlier result)" : `Done in ${seconds(elapsed)}`;
     this.#store.set({ running: null, status, outcome, message });
   }

@@ -125,7 +125,8 @@ function canvasParagraph({
   );
 }
 
-function fillSentence({ fillMethod, options }: Settings): string {
+/** What became of the voids. */
+export function fillSentence({ fillMethod, options }: Settings): string {
   if (fillMethod === "migan") return "inpainted by MI-GAN";
   if (fillMethod === "lama") return "inpainted by LaMa";
   return options.fill === "none" ? "left transparent" : "filled from their surroundings";

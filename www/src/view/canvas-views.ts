@@ -3,6 +3,7 @@ import { make } from "../dom.js";
 import { percent, size, count } from "../text/numbers.js";
 import { imageTask } from "../image-worker/client.js";
 import type { ManyOutcome, Outcome } from "../state.js";
+import { fillSentence } from "../text/report.js";
 import {
   gainFieldOf,
   gainPicture,
@@ -167,7 +168,7 @@ export const voidsView: View<Outcome | ManyOutcome> = {
       caption:
         voids === 0
           ? `There are no gaps: all pixels inside the outline of ${outcome.kind === "many" ? "the photos" : "the first photo"} are visible in one of the photos.`
-          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in no photo and filled from the surroundings.`,
+          : `${count(voids, "pixel", "pixels")} (${share}) ${voids === 1 ? "is" : "are"} visible in no photo and ${fillSentence(outcome.settings)}.`,
       controls: voids === 0 ? [] : [legend(["void", "visible in no photo"])],
     };
   },
