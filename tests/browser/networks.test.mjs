@@ -183,8 +183,8 @@ test("a network that cannot fill is not said to have filled", async () => {
   await page.route(`${host}**`, (route) => route.abort());
   await openPanel(page, "fill");
   await page.check('input[name="fill-method"][value="lama"]');
-  await page.fill("#fill-host", `${host}lama-like.onnx`);
-  await page.locator("#fill-host").blur();
+  await page.fill("#fill-address", `${host}lama-like.onnx`);
+  await page.locator("#fill-address").blur();
   await page.locator("#run").click();
   await idle(page);
   await page.locator("#message", { hasText: /network could not be used/ }).waitFor();
@@ -212,8 +212,8 @@ async function fillWith(model, file) {
   const asked = await serveModels(page);
   await openPanel(page, "fill");
   await page.check(`input[name="fill-method"][value="${model}"]`);
-  await page.fill("#fill-host", host + file);
-  await page.locator("#fill-host").blur();
+  await page.fill("#fill-address", host + file);
+  await page.locator("#fill-address").blur();
   await page.locator("#run").click();
   await idle(page);
   assert.match((await page.locator("#status").textContent()) ?? "", /^Done/);

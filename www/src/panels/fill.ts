@@ -11,12 +11,11 @@ const names: Readonly<Record<FillMethod, string>> = {
 /** Binds the choice of how voids are filled. */
 export function bindFill(store: Store): void {
   radios("fill-method", store, "fillMethod");
-  const address = byId("fill-host", HTMLInputElement);
-  address.placeholder = "default host";
+  const address = byId("fill-address", HTMLInputElement);
   address.addEventListener("change", () => store.change({ fillAddress: address.value.trim() }));
   const draw = ({ settings }: State) => {
     const { fillMethod, options } = settings;
-    byId("fill-host-part", HTMLElement).hidden = fillMethod === "core";
+    byId("fill-address-part", HTMLElement).hidden = fillMethod === "core";
     address.value = settings.fillAddress;
     byId("fill-summary", HTMLElement).textContent =
       fillMethod === "core" && options.fill === "none" ? "not filled" : names[fillMethod];
