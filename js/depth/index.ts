@@ -4,6 +4,7 @@
  * {@link loadDepthModel} requires the package `@huggingface/transformers`, {@link loadOnnxDepth} the package
  * `onnxruntime-web`. Networks run on the calling thread: to keep a page responsive, call them from a worker.
  */
+import * as check from "../models/check.js";
 import { loadDepthModel } from "./anything.js";
 import type { DepthModelOptions, EstimatedDepth } from "./types.js";
 import type { ImageInput } from "../types.js";
@@ -30,10 +31,12 @@ export async function estimateDepth(
   image: ImageInput,
   options: DepthModelOptions = {},
 ): Promise<EstimatedDepth> {
+  // Nothing is downloaded for one that cannot be used.
+  const photo = check.image("image", image);
   const estimator = await loadDepthModel(options);
   try {
     const { onProgress, signal } = options;
-    return await estimator.estimate(image, { onProgress, signal });
+    return await estimator.estimate(photo, { onProgress, signal });
   } finally {
     await estimator.dispose();
   }

@@ -24,28 +24,31 @@ export async function loadOnnxDepth(options: OnnxDepthOptions): Promise<DepthEst
   const std = triple("std", options.std ?? [1, 1, 1]);
   const { onProgress, signal } = check.call(options);
   const runtime = check.runtime(options);
+  const given = options.inputSize && {
+    width: check.positive("inputSize.width", options.inputSize.width),
+    height: check.positive("inputSize.height", options.inputSize.height),
+  };
   throwIfAborted(signal);
 
   const session = await openSession(weights, { ...runtime, onProgress, signal, device, cache });
-  const [, , height, width] = session.inputs[0]?.dims ?? [];
-  const { inputSize } = options;
-  const size = {
-    width: width ?? check.positive("inputSize.width", inputSize?.width),
-    height: height ?? check.positive("inputSize.height", inputSize?.height),
-  };
+  const [, , height = given?.height, width = given?.width] = session.inputs[0]?.dims ?? [];
+  if (width === undefined || height === undefined) {
+    await session.dispose();
+    throw invalid("inputSize must be given for a network with dynamic input size");
+  }
 
   return estimator({
     device,
     output,
     async predict(photo, signal) {
-      const data = resample(colours(photo), size.width, size.height);
-      const area = size.width * size.height;
+      const data = resample(colours(photo), width, height);
+      const area = width * height;
       for (let c = 0; c < 3; c++) {
         const [shift, scale] = [mean[c] ?? 0, std[c] ?? 1];
         for (let i = c * area; i < (c + 1) * area; i++)
           data[i] = ((data[i] ?? 0) / 255 - shift) / scale;
       }
-      const input = { data, dims: [1, 3, size.height, size.width] };
+      const input = { data, dims: [1, 3, height, width] };
       return orAborted(session.run([input]), signal);
     },
     dispose: () => session.dispose(),

@@ -174,6 +174,13 @@ test("wrong arguments", async () => {
   const short = { ...photo, data: photo.data.subarray(4) };
   assert.equal((await rejection(estimator.estimate(short))).code, "size-mismatch");
   await estimator.dispose();
+  // Before anything is downloaded.
+  requests.length = 0;
+  assert.equal((await rejection(estimateDepth(short, remote()))).code, "size-mismatch");
+  const inputSize = { width: 20, height: 0.5 };
+  const sizeless = await rejection(loadOnnxDepth({ weights: `${host}/hub/none.onnx`, inputSize }));
+  assert.match(sizeless.message, /inputSize\.height/);
+  assert.deepEqual(requests, []);
 });
 
 test("a single file: resized, normalised, inverted", async () => {
