@@ -1,4 +1,5 @@
 import { FileError } from "./errors.js";
+import { type Fields, isFields, isFinite, numbersOf, parseJson } from "./json.js";
 
 /** How the values of a depth map file are interpreted: value × `scale` is depth (`metric`) or inverse depth (`inverse`). */
 export interface DepthFormat {
@@ -28,8 +29,6 @@ export interface CaseDescription {
   readonly truth: (TrueMap & { readonly ownDepth: boolean }) | null;
 }
 
-type Fields = Readonly<Record<string, unknown>>;
-
 /**
  * Reads a `case.json`. Unknown keys are ignored.
  *
@@ -47,13 +46,8 @@ export function parseCase(text: string, path: string): CaseDescription {
   };
   const optional = (from: Fields, key: string): string | null =>
     (from[key] ?? null) === null ? null : string(from, key);
-  const numbers = (from: Fields, key: string, count: number): number[] => {
-    const value = from[key];
-    const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
-    if (flat.length !== count || !flat.every(isFinite))
-      return fail(`"${key}" must be ${count} numbers`);
-    return flat.filter(isFinite);
-  };
+  const numbers = (from: Fields, key: string, count: number): number[] =>
+    numbersOf(from[key], count) ?? fail(`"${key}" must be ${count} numbers`);
 
   const depthFiles = (format: Fields): CaseDescription["depth"] => {
     const target = optional(root, "target_depth");
@@ -79,7 +73,8 @@ export function parseCase(text: string, path: string): CaseDescription {
   };
 }
 
-function parseFormat(depth: Fields, fail: (reason: string) => never): DepthFormat {
+/** How depth values are to be read, by the `depth` of a case or of a set of photos. */
+export function parseFormat(depth: Fields, fail: (reason: string) => never): DepthFormat {
   const { kind, scale = 1, invalid = null } = depth;
   if (kind !== "inverse" && kind !== "metric")
     return fail('"depth.kind" must be "inverse" or "metric"');
@@ -87,20 +82,4 @@ function parseFormat(depth: Fields, fail: (reason: string) => never): DepthForma
   if (invalid !== null && !isFinite(invalid))
     return fail('"depth.invalid" must be a number or null');
   return { kind, scale, invalid };
-}
-
-function parseJson(text: string, path: string): unknown {
-  try {
-    return JSON.parse(text);
-  } catch (error) {
-    throw new FileError("invalid-case", path, "is not valid JSON", { cause: error });
-  }
-}
-
-function isFields(value: unknown): value is Fields {
-  return typeof value === "object" && value !== null && !Array.isArray(value);
-}
-
-function isFinite(value: unknown): value is number {
-  return Number.isFinite(value);
 }

@@ -2,6 +2,7 @@ import { basename } from "node:path";
 
 import { FileError } from "../cases/errors.js";
 import { readText } from "../cases/files.js";
+import { isFields, isFinite, numbersOf, parseJson } from "../cases/json.js";
 import type { PhotoInput } from "../index.js";
 
 /** The camera of one photo, as `stitchMany` takes it. */
@@ -13,8 +14,6 @@ export interface GivenCameras {
   readonly distortion: number | undefined;
 }
 
-type Fields = Readonly<Record<string, unknown>>;
-
 /**
  * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "focalLength", "camera": { "rotation", "translation" } }], "distortion" }`,
  * as `--report` writes it; the rest is ignored, and "file" and "distortion" may be missing.
@@ -25,19 +24,11 @@ export async function loadCameras(path: string, photos: readonly string[]): Prom
   const fail = (reason: string): never => {
     throw new FileError("invalid-case", path, reason);
   };
-  const text = await readText(path);
-  const parse = (): unknown => {
-    try {
-      return JSON.parse(text);
-    } catch (cause) {
-      throw new FileError("invalid-case", path, "is not valid JSON", { cause });
-    }
-  };
-  const root = parse();
+  const root = parseJson(await readText(path), path);
   const { photos: list, distortion } = isFields(root) ? root : {};
   if (!Array.isArray(list) || list.length !== photos.length)
     return fail(`"photos" must be a list of ${photos.length}, one for each photo`);
-  if (distortion !== undefined && typeof distortion !== "number")
+  if (distortion !== undefined && !isFinite(distortion))
     return fail(`"distortion" must be a number`);
   const cameras = photos.map((photo, i) => {
     const name = `"photos[${i}]"`;
@@ -49,21 +40,14 @@ export async function loadCameras(path: string, photos: readonly string[]): Prom
       return fail(`${name} is of ${file}, the photo at this place is ${photo}`);
     if (!isFields(camera)) return fail(`${name} has no camera`);
     const numbers = (key: string, count: number): Float64Array<ArrayBuffer> => {
-      const value = camera[key];
-      const flat: unknown[] = Array.isArray(value) ? value.flat() : [];
-      if (flat.length !== count || !flat.every((v) => typeof v === "number"))
-        return fail(`${name}: "${key}" must be ${count} numbers`);
-      return Float64Array.from(flat as number[]);
+      const found = numbersOf(camera[key], count);
+      return Float64Array.from(found ?? fail(`${name}: "${key}" must be ${count} numbers`));
     };
-    if (typeof focalLength !== "number") return fail(`${name}: "focalLength" must be a number`);
+    if (!isFinite(focalLength)) return fail(`${name}: "focalLength" must be a number`);
     return {
       focalLength,
       camera: { rotation: numbers("rotation", 9), translation: numbers("translation", 3) },
     };
   });
   return { cameras, distortion };
-}
-
-function isFields(value: unknown): value is Fields {
-  return typeof value === "object" && value !== null && !Array.isArray(value);
 }

@@ -90,6 +90,8 @@ test("sets that cannot be read are rows that say so", async () => {
     torn: "{",
     nameless: "{}",
     "one-depth": `{ "photos": ["a.jpg", "b.jpg"], "depth": { "files": ["a.png"] } }`,
+    "no-kind": `{ "photos": ["a.jpg"], "depth": { "files": ["a.png"], "kind": "far" } }`,
+    endless: `{ "photos": ["a.jpg"], "truth": { "cameras": [{ "K": [1e999], "R": [], "t": [] }] } }`,
     turned: `{ "photos": ["a.jpg"], "truth": { "cameras": [{ "K": [1], "R": [], "t": [] }] } }`,
   };
   for (const [name, text] of Object.entries(sets)) {

@@ -115,4 +115,8 @@ test("what does not fit the photos is refused in one line", async () => {
     assert.match(done.stderr, /^depthstitch: invalid-case: .*cameras\.json: /);
     assert.match(done.stderr, line);
   }
+  // JSON has no infinity, but what is read as one.
+  const endless = await cameras({ photos: some, distortion: 12345 });
+  await writeFile(endless, (await readFile(endless, "utf8")).replace("12345", "1e999"));
+  assert.match(run(...files, "--cameras", endless).stderr, /"distortion" must be a number/);
 });
