@@ -4,7 +4,7 @@ import { invalid } from "./errors.js";
 import type { Output } from "./types.js";
 
 /** The values of the option `workers`. */
-const WORKERS = [1, 2, 4, "auto"] as const;
+export const WORKERS = [1, 2, 4, "auto"] as const;
 export type Workers = (typeof WORKERS)[number];
 
 /** The names in the option `outputs`. */

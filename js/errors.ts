@@ -57,6 +57,11 @@ export function abortError(signal: AbortSignal): StitchError {
   return new StitchError(record, { cause: signal.reason });
 }
 
+/** Whether the memory of the core is in an undefined state, or full, after this error. */
+export function isFatal({ code }: StitchError): boolean {
+  return code === "internal" || code === "load-failed" || code === "out-of-memory";
+}
+
 /** An `invalid-argument` error. */
 export function invalid(
   message: string,

@@ -2,7 +2,7 @@
 // nothing else can stop wasm; the next call starts new ones.
 import type { Call, Result } from "./calls.js";
 import { moduleOf } from "./core.js";
-import { abortError, StitchError } from "./errors.js";
+import { abortError, isFatal, StitchError } from "./errors.js";
 import { performDivided } from "./parts.js";
 import { processors } from "./platform/index.js";
 import * as pool from "./pool.js";
@@ -106,8 +106,7 @@ function finish(job: Job, outcome: Outcome): void {
 
 /** Whether the workers are still usable after this error. */
 function reusable(error: unknown): boolean {
-  const fatal = ["aborted", "internal", "load-failed", "out-of-memory"];
-  return error instanceof StitchError && !fatal.includes(error.code);
+  return error instanceof StitchError && error.code !== "aborted" && !isFatal(error);
 }
 
 function rest(): void {

@@ -2,7 +2,7 @@
 import { spawn, type Port } from "./platform/index.js";
 import type { Call, Result } from "./calls.js";
 import type { ModuleName } from "./core.js";
-import { StitchError } from "./errors.js";
+import { isFatal, StitchError } from "./errors.js";
 import { loadError } from "./load.js";
 import { buffersOf } from "./transfer.js";
 import type { Progress } from "./types.js";
@@ -142,8 +142,7 @@ function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
     task.resolve(reply);
   } else {
     const error = new StitchError(reply.error);
-    // After anything else the memory of the core is in an undefined state, or full.
-    if (["internal", "load-failed", "out-of-memory"].includes(error.code)) task.reject(error);
+    if (isFatal(error)) task.reject(error);
     else task.resolve({ ...reply, error });
   }
   assign();

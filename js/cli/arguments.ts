@@ -4,6 +4,7 @@ import { parseArgs, type ParseArgsConfig } from "node:util";
 import { systemCode } from "../cases/errors.js";
 import type { PairFiles } from "../cases/case.js";
 import type { DepthFormat } from "../cases/case-file.js";
+import { numberOfWorkers, WORKERS } from "../choices.js";
 import type { CallOptions, Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";
 import { identity } from "./identity.js";
@@ -63,8 +64,6 @@ export const DEFAULT_QUALITY = 92;
 /** Parts of the mosaic that can be saved: the whole canvas, the largest opaque rectangle, the bounding box. */
 const CROPS = ["none", "inner", "bounds"] as const;
 export type Crop = (typeof CROPS)[number];
-
-const WORKERS = ["1", "2", "4", "auto"] as const;
 
 const IMAGE = [".png", ".jpg", ".jpeg"];
 
@@ -161,8 +160,8 @@ export function parseCommand(args: readonly string[]): Command {
 }
 
 function parseWorkers(text = "auto"): CommonCommand["workers"] {
-  const word = labelled("workers", () => parseChoice(text, WORKERS));
-  return word === "auto" ? word : (Number(word) as 1 | 2 | 4);
+  const word = labelled("workers", () => parseChoice(text, WORKERS.map(String)));
+  return numberOfWorkers(word === "auto" ? word : Number(word));
 }
 
 type ManyFiles = Pick<

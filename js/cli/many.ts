@@ -17,6 +17,7 @@ import { encodeImage, jsonBytes } from "./encode.js";
 import { loadCameras } from "./given.js";
 import type { Produced } from "./produced.js";
 import { readingOf, type ProgressLine } from "./progress.js";
+import { pixelsIn } from "./report.js";
 
 /** Reads, stitches and encodes three photos or more. */
 export async function stitchManyFiles(
@@ -98,7 +99,7 @@ function report(
     options,
     crop: result.crop,
     canvas: { width, height, offset: result.offset },
-    voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
+    voidPixels: pixelsIn(result.voidMask),
     warnings: result.warnings,
     times: result.times,
     outputs,

@@ -1,5 +1,5 @@
 import type { Pair, PairFiles } from "../cases/case.js";
-import type { Model, Options, Size, StitchResultOf } from "../index.js";
+import type { Mask, Model, Options, Size, StitchResultOf } from "../index.js";
 import type { Outputs } from "./arguments.js";
 
 /** The JSON of `--report`: everything in a result except images. */
@@ -31,11 +31,16 @@ export function report(
     gains: result.gains,
     canvas: { width, height, offset: result.offset, clipped: result.clipped },
     projection: result.projection,
-    voidPixels: result.voidMask.data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0),
+    voidPixels: pixelsIn(result.voidMask),
     quality: result.quality,
     times: result.times,
     outputs,
   };
+}
+
+/** The number of pixels in a mask. */
+export function pixelsIn({ data }: Mask): number {
+  return data.reduce((count, value) => count + (value === 0 ? 0 : 1), 0);
 }
 
 /** The summary in one line. PSNR is always given together with coverage. */

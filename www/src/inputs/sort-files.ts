@@ -1,5 +1,5 @@
 import type { Case } from "./parse-files.js";
-import type { SlotName, Slots } from "../state.js";
+import { slotNames, type SlotName, type Slots } from "../state.js";
 
 /** The assignment of files to slots. */
 export interface Sorted {
@@ -36,7 +36,7 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
   };
 
   if (theCase) {
-    for (const slot of caseSlots) {
+    for (const slot of slotNames) {
       take(
         slot,
         rest.find((file) => file.name === theCase.files[slot]),
@@ -61,14 +61,6 @@ export function sortFiles(files: readonly File[], theCase: Case | null, slots: S
   place(photos, "target", "reference", isFree, take);
   return { photos, placed, left: rest };
 }
-
-const caseSlots: readonly SlotName[] = [
-  "target",
-  "reference",
-  "targetDepth",
-  "referenceDepth",
-  "matches",
-];
 
 function place(
   files: readonly File[],
