@@ -141,6 +141,9 @@ test("saves the report", async () => {
   assert.equal(report.inputs.target, "target.jpg");
   assert.ok(report.quality.coverage > 0 && report.quality.coverage <= 1);
   assert.ok(report.times.warp > 0);
+  assert.equal(report.projection, "plane");
+  assert.ok(report.crop.inner.width <= report.crop.bounds.width);
+  assert.equal(report.gains.length, 3);
   await close();
 });
 

@@ -137,6 +137,7 @@ test("the graph of pairs is a drawing and a table, and the report has it all", a
   assert.equal(report.pairs.length, 6);
   assert.equal(report.reference, "IMG_2.png");
   assert.ok(report.times.detect > 0);
+  assert.match(report.projection, /^(plane|cylinder|sphere)$/);
   assert.deepEqual(await complaints(), []);
   await close();
 });

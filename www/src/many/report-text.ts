@@ -114,7 +114,7 @@ export function manyReportJson(
   version: string,
 ): string {
   const { mosaic, voids, offset, reference, geometry, distortion } = result;
-  const { pairs, crop, warnings, times } = result;
+  const { projection, pairs, crop, warnings, times } = result;
   const value = {
     version,
     photos: result.photos.map(({ camera, ...report }, index) => {
@@ -132,6 +132,7 @@ export function manyReportJson(
     pairs,
     geometry,
     distortion,
+    projection,
     reference: photos[reference]?.file.name ?? null,
     fillMethod: settings.fillMethod,
     options: settings.options,

@@ -151,8 +151,8 @@ export function reportJson(
   { result, job, slots, settings, elapsed }: Outcome,
   version: string,
 ): string {
-  const { forward, reverse, report, quality, times, offset, mosaic, inliers, clipped, voids } =
-    result;
+  const { forward, reverse, report, quality, times, matches, inliers } = result;
+  const { mosaic, offset, clipped, voids, projection, crop, gains } = result;
   const model = ({ h, e }: { h: Float64Array; e: Float64Array }) => ({ h: [...h], e: [...e] });
   const value = {
     version,
@@ -170,13 +170,16 @@ export function reportJson(
       clipped,
       voids,
     },
+    projection,
+    crop,
+    gains,
     forward: model(forward),
     reverse: model(reverse),
     report,
     quality,
     times,
     elapsed,
-    matches: [...result.matches],
+    matches: [...matches],
     inliers: [...inliers],
   };
   return `${JSON.stringify(value, null, 2)}\n`;
