@@ -41,6 +41,7 @@ export type {
   StitchManyResult,
   StitchResult,
   Warning,
+  WarningCode,
   Warped,
 } from "./wasm/types.js";
 

@@ -318,10 +318,36 @@ export interface Models {
   reverse: Model;
 }
 
+/** What a result is warned of. The codes are stable; later versions may add others. */
+export type WarningCode =
+  /** There are no depth maps and `withoutDepth` is `"homography"`. */
+  | "no-depth"
+  /** The depth maps do not explain how the images differ: at least one of them was ignored. */
+  | "depth-inconsistent"
+  /** The depth maps have values at too few matches. A homography was fitted. */
+  | "depth-unusable"
+  /** A homography explains the matches as well, and was taken. */
+  | "parallax-unobservable"
+  /** Two images alone: beyond the reference the target is aligned like one plane of the scene. */
+  | "outside-extrapolated"
+  /** Two images alone: they are aligned by a homography, as with depth the part beyond the reference would bend or tear. */
+  | "parallax-ignored"
+  /** The model rests on few matches. */
+  | "few-inliers"
+  /** Most matches disagree with the model. */
+  | "low-inlier-ratio"
+  /** Too few matches agreed within `threshold`; a wider one was used. */
+  | "threshold-widened"
+  /** Part of the target lay beyond `canvasLimit`. */
+  | "canvas-clipped"
+  /** The images differ where they should agree. */
+  | "poor-alignment"
+  /** The overlap covers little of the reference. */
+  | "small-overlap";
+
 /** A warning about a result. */
 export interface Warning {
-  /** Stable code: `parallax-unobservable`, `few-inliers`, `poor-alignment`, … */
-  code: string;
+  code: WarningCode;
   /** One sentence for users. */
   message: string;
 }

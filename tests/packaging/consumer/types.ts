@@ -59,6 +59,7 @@ import {
   type StitchResult,
   type StitchResultOf,
   type Warning,
+  type WarningCode,
   type Warped,
   type WarpOptions,
   type WasmSource,
@@ -107,6 +108,7 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const model: Model = forward ?? reverse;
   const report: FitReport = geometry.report;
   const warnings: Warning[] = report.warnings;
+  const warned: WarningCode | undefined = warnings[0]?.code;
   const aligned: Alignment = await align(image, image, options);
   const map: DepthOutput | undefined = aligned.targetDepth;
   const blending: BlendOptions = { ...call, reliable: aligned.reliable, seam: "cut" };
@@ -126,7 +128,7 @@ export async function everyCall(signal: AbortSignal, source: WasmSource): Promis
   const compared: PhotoPair[] = picture.pairs;
 
   const text: string = await version();
-  void [code, compared, map, pairs, both, model, warnings, filled, quality, text];
+  void [code, compared, map, pairs, both, model, warned, filled, quality, text];
 }
 
 export async function everyFileOfWasm(): Promise<void> {
