@@ -1,5 +1,5 @@
 /**
- * Stitches two photos of a scene taken from two positions, using depth.
+ * Stitches two to thirty photos of a scene, taken from different positions, using depth.
  *
  * Pixel centres are integers, the origin is at the top left, x points right, y points down. `target` is warped onto
  * `reference`. Calls run in a worker unless `worker: false`, one at a time to limit memory. All errors are
@@ -8,7 +8,7 @@
 import type { Call, CallName, Calls } from "./calls.js";
 import * as check from "./check.js";
 import { core, moduleOf, run, start } from "./core.js";
-import { abortError, invalid, type StitchError } from "./errors.js";
+import { abortError, type StitchError } from "./errors.js";
 import { runInWorkers } from "./host.js";
 import { compiler } from "./load.js";
 import { ownedCopy } from "./transfer.js";

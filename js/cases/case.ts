@@ -139,7 +139,7 @@ export async function loadPhoto(path: string, by: Decoder = decoder): Promise<Ph
 }
 
 /** Reads matches from a CSV file. */
-export async function loadMatches(path: string): Promise<Float32Array> {
+async function loadMatches(path: string): Promise<Float32Array> {
   return parseMatches(await readText(path), path);
 }
 

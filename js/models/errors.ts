@@ -14,7 +14,7 @@ export function modelError(
 }
 
 /** The message of a cause; runtimes also throw numbers and strings. */
-export function reasonOf(cause: unknown): string {
+function reasonOf(cause: unknown): string {
   if (!(cause instanceof Error)) return String(cause);
   const inner = cause.cause instanceof Error ? ` (${cause.cause.message})` : "";
   return cause.message + inner;

@@ -18,7 +18,7 @@ async function find() {
 }
 
 /** Path of a Chromium, which is installed if there is none. */
-export async function chromiumPath() {
+async function chromiumPath() {
   const found = await find();
   if (found) return found;
   const attempts = [];

@@ -6,10 +6,10 @@ import { onnx } from "./onnx-writer.mjs";
 
 export const folder = join(root, "target", "models");
 
-export const MEAN = [0.485, 0.456, 0.406];
-export const STD = [0.229, 0.224, 0.225];
+const MEAN = [0.485, 0.456, 0.406];
+const STD = [0.229, 0.224, 0.225];
 /** What the depth networks below multiply red, green and blue with. */
-export const WEIGHTS = [0.5, 0.3, 0.2];
+const WEIGHTS = [0.5, 0.3, 0.2];
 /** What they add: each file of a model its own, so that a result tells which one it came from. */
 export const BIAS = { model: 10, model_fp16: 20, model_quantized: 30 };
 

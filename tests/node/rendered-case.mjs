@@ -7,7 +7,7 @@ import { encodeGrayPng, encodePng } from "../../dist/codecs.js";
 export const WIDTH = 240;
 export const HEIGHT = 180;
 /** Pixels of shift per unit of inverse depth, from target to reference. */
-export const BASELINE = -0.1;
+const BASELINE = -0.1;
 
 /**
  * A flat surface: inverse depth (as the depth map says it), and the columns and rows it covers, from and up to.

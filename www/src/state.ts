@@ -4,7 +4,7 @@ import { defaultLimit, type PhotoSet, type SetPhoto } from "./many/photo-set.js"
 import type { DepthModelName, OnnxDepth } from "./networks/requests.js";
 import type { Job } from "./run/job.js";
 import type { Kept, PairResult } from "./run/kept.js";
-import type { Loaded, PhotoSlot, SlotName, Slots } from "./slots.js";
+import type { PhotoSlot, SlotName, Slots } from "./slots.js";
 
 export * from "./slots.js";
 

@@ -33,7 +33,7 @@ function interpolate(count: number): Uint8Array {
 }
 
 /** Inverse depth of a value; NaN if unknown. */
-export function toInverseDepth(value: number, { kind, invalid }: DepthSettings): number {
+function toInverseDepth(value: number, { kind, invalid }: DepthSettings): number {
   if (!Number.isFinite(value) || value === invalid) return Number.NaN;
   if (kind === "inverse") return value;
   return value > 0 ? 1 / value : Number.NaN;

@@ -4,7 +4,7 @@ import type { Loaded, Slots } from "../slots.js";
 /** The limit that holds for two photos by default. */
 export const defaultLimit = 2048;
 /** The most that `stitchMany` takes. */
-export const mostPhotos = 30;
+const mostPhotos = 30;
 
 /** A photo of a set, from the moment its file was chosen. */
 export interface SetPhoto {

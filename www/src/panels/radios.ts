@@ -1,4 +1,4 @@
-import type { Settings, Store } from "../state.js";
+import type { Store } from "../state.js";
 
 /** Binds radio buttons of one name to a setting. */
 export function radios(name: string, store: Store, key: "depthSource" | "fillMethod"): void {
