@@ -4,6 +4,7 @@ import { numberOfWorkers, outputs, type Workers } from "./choices.js";
 import { describe, tag } from "./describe.js";
 import { invalid, StitchError } from "./errors.js";
 import type {
+  BlendOptions,
   CallOptions,
   DepthInput,
   Depths,
@@ -13,6 +14,7 @@ import type {
   ImageOutput,
   ManyInputs,
   Mask,
+  MeasureOptions,
   Model,
   Models,
   Options,
@@ -300,31 +302,57 @@ export function warped(value: Warped): Warped {
   };
 }
 
-export function gains(value: unknown): readonly number[] | undefined {
+/** The gains of `measure`, which has no options of the algorithm. */
+export function gains(options: MeasureOptions): readonly number[] | undefined {
+  const [other] = Object.keys(settings(options, "gains"));
+  if (other !== undefined) throw noOption(other);
+  const value: unknown = options.gains;
   if (value === undefined) return undefined;
   if (!Array.isArray(value) || value.length !== 3)
     throw invalid(`gains must be three numbers, got ${describe(value)}`);
   return value.map((gain) => number("gains", gain));
 }
 
-/** Properties of options objects that are not options of the algorithm. */
-const notSettings = new Set(
-  "reference distortion matches targetDepth referenceDepth outputDepth outputs reliable onProgress signal worker workers transfer".split(
-    " ",
-  ),
-);
+/** What some calls take in their options besides those of the algorithm. */
+type Input = keyof StitchInputs | keyof ManyInputs | keyof BlendInputs | "gains";
+const INPUTS: ReadonlySet<string> = new Set<Input>([
+  "reference",
+  "distortion",
+  "matches",
+  "targetDepth",
+  "referenceDepth",
+  "outputDepth",
+  "outputs",
+  "reliable",
+  "gains",
+]);
+/** What the options of every call say of how it is run. */
+const HOW: ReadonlySet<string> = new Set<keyof CallOptions>([
+  "onProgress",
+  "signal",
+  "worker",
+  "workers",
+  "transfer",
+]);
 
-/** The options of the algorithm among `options`. */
-export function settings(options: object): Partial<Options> {
+/** The options of the algorithm among `options`, which have these inputs as well. */
+export function settings(options: object, ...inputs: Input[]): Partial<Options> {
+  const own: ReadonlySet<string> = new Set(inputs);
   const set = Object.entries(object("options", options)).filter(
-    ([name, value]) => value !== undefined && !notSettings.has(name),
+    ([name, value]) => value !== undefined && !HOW.has(name) && !own.has(name),
   );
   for (const [name, value] of set) {
+    // The core knows the names of all others.
+    if (INPUTS.has(name)) throw noOption(name);
     if (!["number", "string", "boolean"].includes(typeof value)) {
       throw invalid(`${name} must be a number, a string or a boolean, got ${describe(value)}`);
     }
   }
   return Object.fromEntries(set);
+}
+
+function noOption(name: string): StitchError {
+  return invalid(`there is no option ${name}`);
 }
 
 /** The inputs of `stitch` besides the images. */
@@ -338,8 +366,10 @@ export function stitchInputs(value: StitchInputs): StitchInputs {
   };
 }
 
+type BlendInputs = Pick<BlendOptions, "reliable">;
+
 /** The inputs of `blend` besides the images. */
-export function blendInputs(value: { reliable?: Mask | null | undefined }): { reliable?: Mask } {
+export function blendInputs(value: BlendInputs): BlendInputs {
   const { reliable } = object("options", value);
   return isGiven(reliable) ? { reliable: mask("reliable", reliable) } : {};
 }

@@ -105,7 +105,11 @@ export async function stitchMany(
 ): Promise<StitchManyResult> {
   return call(
     "stitchMany",
-    () => [check.photos(photos), check.manyInputs(options), check.settings(options)],
+    () => [
+      check.photos(photos),
+      check.manyInputs(options),
+      check.settings(options, "reference", "distortion", "outputDepth"),
+    ],
     options,
   );
 }
@@ -225,7 +229,7 @@ export async function warp(
       check.image("reference", reference),
       check.models(geometry),
       check.depths(options),
-      check.settings(options),
+      check.settings(options, "targetDepth", "referenceDepth"),
     ],
     options,
   );
@@ -252,7 +256,7 @@ export async function blend(
       check.warped(warped),
       check.image("reference", reference),
       check.blendInputs(options),
-      check.settings(options),
+      check.settings(options, "reliable"),
     ],
     options,
   );
@@ -319,7 +323,7 @@ export async function measure(
 ): Promise<Quality> {
   return call(
     "measure",
-    () => [check.warped(warped), check.image("reference", reference), check.gains(options.gains)],
+    () => [check.warped(warped), check.image("reference", reference), check.gains(options)],
     options,
   );
 }
@@ -347,7 +351,7 @@ function stitchArguments(
     check.image("target", target),
     check.image("reference", reference),
     check.stitchInputs(options),
-    check.settings(options),
+    check.settings(options, "matches", "targetDepth", "referenceDepth", "outputDepth", "outputs"),
   ];
 }
 

@@ -1,7 +1,18 @@
 // Invalid inputs are reported by a StitchError that names them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { blend, estimate, fill, stitch, StitchError, warp } from "depthstitch";
+import {
+  align,
+  blend,
+  detect,
+  estimate,
+  fill,
+  measure,
+  stitch,
+  StitchError,
+  stitchMany,
+  warp,
+} from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
 
 const { target, reference, inputs } = await sample();
@@ -56,6 +67,39 @@ test("wrong types", async () => {
     assert.equal(error.code, "invalid-argument");
     assert.match(error.message, /^target/);
   }
+});
+
+test("what another call takes is no option", async () => {
+  const model = { h: new Float64Array(9), e: new Float64Array(3) };
+  const geometry = { forward: model, reverse: model };
+  const mask = { data: new Uint8Array(width * height), width, height };
+  const offset = { x: 0, y: 0 };
+  const warped = { warped: reference, footprint: mask, offset, clipped: false };
+  const { matches, targetDepth } = inputs;
+  /** @type {[string, (options: any) => Promise<unknown>, object[]][]} */
+  const calls = [
+    ["stitch", (o) => stitch(target, reference, o), [{ reference: 1 }, { distortion: 0 }]],
+    ["align", (o) => align(target, reference, o), [{ reliable: mask }]],
+    [
+      "stitchMany",
+      (o) => stitchMany([target, reference], o),
+      [{ outputs: ["mosaic"] }, { matches }, { targetDepth }],
+    ],
+    ["detect", (o) => detect(target, o), [{ matches: null }]],
+    ["warp", (o) => warp(target, reference, geometry, o), [{ matches }, { outputDepth: true }]],
+    ["blend", (o) => blend(warped, reference, o), [{ targetDepth }, { gains: [1, 1, 1] }]],
+    ["fill", (o) => fill(reference, mask, o), [{ reliable: mask }]],
+    ["measure", (o) => measure(warped, reference, o), [{ reliable: mask }, { seed: 1 }]],
+  ];
+  for (const [name, call, wrong] of calls) {
+    for (const options of wrong) {
+      const error = await rejection(call(options));
+      assert.equal(error.code, "invalid-argument", name);
+      assert.equal(error.message, `there is no option ${Object.keys(options)[0]}`, name);
+    }
+  }
+  // What is undefined is not there.
+  assert.ok(await measure(warped, reference, /** @type {any} */ ({ seed: undefined })));
 });
 
 test("null stands for no depth maps and no matches", async () => {
@@ -119,7 +163,8 @@ test("buffers of the wrong length", async () => {
 
   const model = { h: new Float64Array(8), e: new Float64Array(3) };
   const geometry = { forward: model, reverse: model };
-  assert.equal((await rejection(warp(target, reference, geometry, inputs))).code, "size-mismatch");
+  const { matches: _, ...depths } = inputs;
+  assert.equal((await rejection(warp(target, reference, geometry, depths))).code, "size-mismatch");
 });
 
 test("matches that determine nothing", async () => {
