@@ -9,7 +9,9 @@ import {
   type Slots,
   type State,
 } from "../state.js";
-import { readMatches } from "./parse-files.js";
+
+/** The parsers of cases and matches, which most do without. */
+export const parsers = () => import("./parse-files.js");
 
 export type Files = { readonly [K in SlotName]?: File };
 
@@ -22,7 +24,7 @@ const decoders: {
   // The package's decoders keep their worker busy, unlike those of the browser, and cannot be stopped.
   targetDepth: (file, { signal }) => imageTaskAlone(signal, "decodeDepth", file, file.name),
   referenceDepth: (file, { signal }) => imageTaskAlone(signal, "decodeDepth", file, file.name),
-  matches: (file) => readMatches(file),
+  matches: async (file) => (await parsers()).readMatches(file),
 };
 
 interface How {

@@ -18,10 +18,9 @@ import type {
 } from "../state.js";
 import { decodePhoto, imageTask } from "../image-worker/client.js";
 import { InputFileError } from "../input-file-error.js";
-import { decodeSlot, inOneColourSpace, turnsOf } from "./decode-slots.js";
+import { decodeSlot, inOneColourSpace, parsers, turnsOf } from "./decode-slots.js";
 import type { Files } from "./decode-slots.js";
-import { fetchCase } from "./fetch-case.js";
-import { readCase, type Case } from "./parse-files.js";
+import type { Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
@@ -55,7 +54,7 @@ export class InputLoader {
   async loadMany(files: readonly File[], how: "replace" | "add" = "replace"): Promise<void> {
     try {
       const caseFile = files.find(isCaseFile);
-      const theCase = caseFile ? await readCase(caseFile) : null;
+      const theCase = caseFile ? await (await parsers()).readCase(caseFile) : null;
       const before = this.#store.state;
       const { photos, placed, left } = sortFiles(files, theCase, before.slots);
       const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
@@ -95,6 +94,7 @@ export class InputLoader {
     this.#store.set({ loading: new Set(slotNames) });
     let fetched;
     try {
+      const { fetchCase } = await import("./fetch-case.js");
       fetched = await fetchCase(folder, fetching.signal);
     } catch (error) {
       const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
