@@ -103,6 +103,16 @@ pub enum Error {
         /// The length found.
         actual: u64,
     },
+    /// A picture, mask or map that is not as large as what it belongs to.
+    #[error("{name} is {}×{} pixels, expected {}×{}", actual.0, actual.1, expected.0, expected.1)]
+    WrongSize {
+        /// The picture, mask or map.
+        name: &'static str,
+        /// The width and height that would fit.
+        expected: (usize, usize),
+        /// Its own.
+        actual: (usize, usize),
+    },
     /// Fewer usable matches than the model needs.
     #[error("{usable} of {matches} matches are usable, at least {needed} are needed")]
     TooFewMatches {
@@ -196,7 +206,7 @@ impl Error {
             | Error::WrongType { .. }
             | Error::UnknownOption { .. }
             | Error::TransparentPhoto { .. } => "invalid-argument",
-            Error::SizeMismatch { .. } => "size-mismatch",
+            Error::SizeMismatch { .. } | Error::WrongSize { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
             Error::DegenerateGeometry { .. } | Error::BehindCamera { .. } => "degenerate-geometry",
@@ -217,6 +227,12 @@ impl Error {
             }
             Error::TransparentPhoto { pixels, .. } => &[("pixels", pixels as f64)],
             Error::SizeMismatch { expected, actual, .. } => &[("expected", expected as f64), ("actual", actual as f64)],
+            Error::WrongSize { expected, actual, .. } => &[
+                ("width", actual.0 as f64),
+                ("height", actual.1 as f64),
+                ("expectedWidth", expected.0 as f64),
+                ("expectedHeight", expected.1 as f64),
+            ],
             Error::TooFewMatches { matches, usable, needed } => {
                 &[("matches", matches as f64), ("usable", usable as f64), ("needed", needed as f64)]
             }

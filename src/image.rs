@@ -241,11 +241,7 @@ fn check_sides(name: &'static str, width: usize, height: usize) -> Result<()> {
 
 /// Checks that something is as large as what it belongs to.
 pub(crate) fn check_size(name: &'static str, size: (usize, usize), expected: (usize, usize)) -> Result<()> {
-    if size == expected {
-        return Ok(());
-    }
-    let pixels = |(w, h): (usize, usize)| w as u64 * h as u64;
-    Err(Error::SizeMismatch { name, expected: pixels(expected), actual: pixels(size) }.into())
+    if size == expected { Ok(()) } else { Err(Error::WrongSize { name, expected, actual: size }.into()) }
 }
 
 /// `len` zeros, refusing instead of aborting when memory is out.

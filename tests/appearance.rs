@@ -268,7 +268,7 @@ fn all_measures_of_one_mosaic() {
 
     let small = Mosaic { seam: Mask::new(vec![0; 4], 2, 2).unwrap(), ..mosaic.clone() };
     let error = appearance(view, reference.view(), &model, &warped, &small).unwrap_err();
-    assert!(matches!(*error, Error::SizeMismatch { name: "seam", .. }), "{error}");
+    assert!(matches!(*error, Error::WrongSize { name: "seam", .. }), "{error}");
     let parallax = Model { e: Vector3::new(1.0, 0.0, 0.0), ..model };
     let error = appearance(view, reference.view(), &parallax, &warped, &mosaic).unwrap_err();
     assert!(matches!(*error, Error::InvalidArgument { name: "targetDepth", .. }), "{error}");

@@ -389,6 +389,7 @@ fn refuses_bad_options_and_sizes() {
     let bands = BlendOptions { bands: 11, ..BlendOptions::default() };
     assert_eq!(refused(&bands, None), ("invalid-argument", vec![("value", 11.0)]));
     let small = Mask::new(vec![255; 99 * 100], 99, 100).unwrap();
-    let mismatch = ("size-mismatch", vec![("expected", 10000.0), ("actual", 9900.0)]);
+    let sizes = vec![("width", 99.0), ("height", 100.0), ("expectedWidth", 100.0), ("expectedHeight", 100.0)];
+    let mismatch = ("size-mismatch", sizes);
     assert_eq!(refused(&BlendOptions::default(), Some(&small)), mismatch);
 }

@@ -77,7 +77,7 @@ fn completion_starts_from_what_is_reliable() {
     let small = Mask::empty(3, 3).unwrap();
     let refused = complete_depth(&depth, None, &sideways(), size, Some(&small), &Default::default(), &mut ())
         .map_err(|error| *error);
-    assert!(matches!(refused, Err(Error::SizeMismatch { name: "reliable", .. })));
+    assert!(matches!(refused, Err(Error::WrongSize { name: "reliable", .. })));
     // Nothing inside: nothing to continue.
     let away = Model { h: Matrix3::new(1.0, 0.0, 9e3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), ..sideways() };
     assert_eq!(complete_depth(&depth, None, &away, size, None, &Default::default(), &mut ()).unwrap(), depth);

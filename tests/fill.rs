@@ -305,5 +305,6 @@ fn refuses_bad_options_and_sizes() {
     assert_eq!(refused(None, f64::INFINITY).0, "invalid-argument");
     assert_eq!(refused(None, f64::NAN).0, "invalid-argument");
     let guide = FillGuide { depth: map(6, 7, |_, _| 1.0), epipole: [0.0; 3] };
-    assert_eq!(refused(Some(&guide), 0.2), ("size-mismatch", vec![("expected", 48.0), ("actual", 42.0)]));
+    let sizes = vec![("width", 6.0), ("height", 7.0), ("expectedWidth", 8.0), ("expectedHeight", 6.0)];
+    assert_eq!(refused(Some(&guide), 0.2), ("size-mismatch", sizes));
 }

@@ -189,11 +189,14 @@ fn refuses_bad_options_and_sizes() {
         let mut image = photo.clone();
         let error = fill(&mut image, voids, None, &smooth(radius), &mut ()).unwrap_err();
         assert_eq!(image, photo);
-        (error.code(), error.details())
+        (error.code(), error.details(), error.to_string())
     };
     let voids = mask(8, 6, |x, _| x == 3);
-    assert_eq!(refused(&voids, 0), ("invalid-argument", vec![("value", 0.0)]));
-    assert_eq!(refused(&voids, 65), ("invalid-argument", vec![("value", 65.0)]));
+    for radius in [0, 65] {
+        let (code, details, _) = refused(&voids, radius);
+        assert_eq!((code, details), ("invalid-argument", vec![("value", f64::from(radius))]));
+    }
     let turned = mask(6, 8, |x, _| x == 3);
-    assert_eq!(refused(&turned, 5), ("size-mismatch", vec![("expected", 8.0), ("actual", 6.0)]));
+    let sizes = vec![("width", 6.0), ("height", 8.0), ("expectedWidth", 8.0), ("expectedHeight", 6.0)];
+    assert_eq!(refused(&turned, 5), ("size-mismatch", sizes, "voids is 6×8 pixels, expected 8×6".into()));
 }

@@ -345,7 +345,7 @@ fn refuses_options_out_of_range() {
     let small = InverseDepth::constant(0.5, 10, 10).unwrap();
     let frame = Frame { size: (WIDTH, HEIGHT), depth: Some(&small) };
     let error = estimate(&scene.matches, frame, frame, &base(), &mut ()).unwrap_err();
-    assert_eq!(*error, Error::SizeMismatch { name: "targetDepth", expected: 76800, actual: 100 });
+    assert_eq!(*error, Error::WrongSize { name: "targetDepth", expected: (WIDTH, HEIGHT), actual: (10, 10) });
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn cameras_are_checked() {
     assert_eq!(name(refused(&[known, Photo { camera: Some(Camera { translation, ..own }), ..known }])), "translation");
     let small = InverseDepth::constant(1.0, 16, 12).unwrap();
     let error = refused(&[photo, Photo { depth: Some(&small), ..photo }]);
-    assert!(matches!(error, Error::SizeMismatch { name: "depth", .. }), "{error}");
+    assert!(matches!(error, Error::WrongSize { name: "depth", .. }), "{error}");
 }
 
 #[test]

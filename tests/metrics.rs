@@ -190,7 +190,7 @@ fn refuses_what_cannot_be_measured() {
     assert_eq!(quality(&empty, reference.view(), [1.0; 3]), Err(Error::NoOverlap { pixels: 0 }.into()));
 
     let small = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (4, 0));
-    let error = Error::SizeMismatch { name: "canvas width", expected: 16, actual: 15 };
+    let error = Error::WrongSize { name: "canvas", expected: (16, 10), actual: (15, 10) };
     assert_eq!(quality(&small, reference.view(), [1.0; 3]), Err(error.into()));
     let far = warped(picture(15, 10, |_, _| [0, 0, 0, 255]), (0, usize::MAX));
     assert_eq!(quality(&far, reference.view(), [1.0; 3]).unwrap_err().code(), "size-mismatch");

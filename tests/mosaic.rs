@@ -96,12 +96,12 @@ mod blending {
         let reference = picture(6, 5, |_, _| [1, 2, 3, 255]);
         let canvas = |width, height| picture(width, height, |_, _| EMPTY);
         let whole = |width, height| mask(width, height, |_, _| true);
-        let mismatch = |name, expected, actual| Err(Error::SizeMismatch { name, expected, actual }.into());
+        let wrong = |name, expected, actual| Err(Error::WrongSize { name, expected, actual }.into());
         let right = warped(canvas(8, 8), whole(8, 8), (3, 0));
-        assert_eq!(blend(&right, reference.view()), mismatch("canvas width", 9, 8));
+        assert_eq!(blend(&right, reference.view()), wrong("canvas", (9, 8), (8, 8)));
         let low = warped(canvas(8, 8), whole(8, 8), (2, 4));
-        assert_eq!(blend(&low, reference.view()), mismatch("canvas height", 9, 8));
+        assert_eq!(blend(&low, reference.view()), wrong("canvas", (8, 9), (8, 8)));
         let footprint = warped(canvas(8, 8), whole(16, 4), (0, 0));
-        assert_eq!(blend(&footprint, reference.view()), mismatch("footprint width", 8, 16));
+        assert_eq!(blend(&footprint, reference.view()), wrong("footprint", (8, 8), (16, 4)));
     }
 }

@@ -78,7 +78,7 @@ fn nothing_is_tracked_without_texture_or_depth() {
         track(image.view(), image.view(), &depth, &pair.reverse, &mut matches, &mut ()).unwrap();
         assert_eq!(matches, []);
         let error = track(image.view(), photos.reference.view(), &depth, &pair.reverse, &mut matches, &mut ());
-        assert!(matches!(*error.unwrap_err(), Error::SizeMismatch { name: "referenceDepth", .. }));
+        assert!(matches!(*error.unwrap_err(), Error::WrongSize { name: "referenceDepth", .. }));
     }
 }
 

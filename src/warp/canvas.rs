@@ -79,25 +79,15 @@ impl Warped {
     /// Checks that the footprint has the canvas' size and that the reference lies inside the canvas at [`Warped::offset`].
     ///
     /// # Errors
-    /// `size-mismatch`; where the canvas is too small, `expected` is the side it would need, `actual` the side it has.
+    /// `size-mismatch`; where the canvas is too small, the expected size is the smallest that would do.
     pub(crate) fn check_canvas(&self, reference: ImageView<'_>) -> Result<()> {
-        let (image, footprint) = (&self.image, &self.footprint);
-        check_side("footprint width", image.width(), footprint.width(), footprint.width() == image.width())?;
-        check_side("footprint height", image.height(), footprint.height(), footprint.height() == image.height())?;
+        let (width, height) = self.image.size();
+        check_size("footprint", self.footprint.size(), (width, height))?;
         if let Some(mask) = &self.confidence {
-            check_size("confidence", mask.size(), image.size())?;
+            check_size("confidence", mask.size(), (width, height))?;
         }
         let right = self.offset.0.saturating_add(reference.width());
         let bottom = self.offset.1.saturating_add(reference.height());
-        check_side("canvas width", right, image.width(), right <= image.width())?;
-        check_side("canvas height", bottom, image.height(), bottom <= image.height())
-    }
-}
-
-fn check_side(name: &'static str, expected: usize, actual: usize, fits: bool) -> Result<()> {
-    if fits {
-        Ok(())
-    } else {
-        Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into())
+        check_size("canvas", (width, height), (width.max(right), height.max(bottom)))
     }
 }

@@ -98,13 +98,7 @@ pub fn fill(
 const EXEMPLARS: f32 = 0.9;
 
 fn check(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillOptions) -> Result<()> {
-    for (name, expected, actual) in
-        [("voids width", image.width(), voids.width()), ("voids height", image.height(), voids.height())]
-    {
-        if expected != actual {
-            return Err(Error::SizeMismatch { name, expected: expected as u64, actual: actual as u64 }.into());
-        }
-    }
+    check_size("voids", voids.size(), image.size())?;
     if let Some(FillGuide { depth, .. }) = guide {
         check_size("guide", depth.size(), image.size())?;
     }
