@@ -3,10 +3,13 @@
 
 mod scene;
 
-use depthstitch::geometry::Threshold;
+use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;
+use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, blend};
 use depthstitch::pipeline::{Options, stitch};
-use depthstitch::{Image, ImageView, InverseDepth, Mask, Result};
+use depthstitch::warp::Warped;
+use depthstitch::{Error, Image, ImageView, InverseDepth, Mask, Result, View};
+use nalgebra::Matrix3;
 use scene::{MatchOptions, Photos};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -87,4 +90,53 @@ fn buffers_whose_length_does_not_fit() {
         assert_eq!(map(len, (3, 2)), "size-mismatch", "{len}");
     }
     assert_eq!(map(6, (usize::MAX, usize::MAX)), "size-mismatch");
+}
+
+/// A canvas of 8×6 on which the target is drawn everywhere.
+fn warped() -> Warped {
+    Warped {
+        image: Image::new(vec![255; 4 * 8 * 6], 8, 6).unwrap(),
+        footprint: Mask::new(vec![255; 8 * 6], 8, 6).unwrap(),
+        confidence: None,
+        depth: None,
+        offset: (0, 0),
+        clipped: false,
+    }
+}
+
+#[test]
+fn warped_photos_whose_masks_or_depth_do_not_fit() {
+    let reference = Image::new(vec![255; 4 * 8 * 6], 8, 6).unwrap();
+    let turned = Mask::new(vec![255; 8 * 6], 6, 8).unwrap();
+    let seam = warped().footprint;
+    let flat = Model::homography(Matrix3::identity());
+    let view = View { image: reference.view(), depth: None };
+    let options = BlendOptions::default();
+    let mut set = Composition::of(reference.view(), None, 1).unwrap();
+    for (torn, mut warped) in [
+        ("footprint", Warped { footprint: turned.clone(), ..warped() }),
+        ("confidence", Warped { confidence: Some(turned), ..warped() }),
+        ("depth", Warped { depth: InverseDepth::constant(1.0, 6, 8).ok(), ..warped() }),
+    ] {
+        let errors = [
+            blend(&warped, reference.view(), None, &options, &mut ()).unwrap_err(),
+            set.add(&warped, [0, 0], (2, None), &options, &mut ()).unwrap_err(),
+            Composition::of_warped(warped.clone(), (8, 6), 1).unwrap_err(),
+            FillGuide::new(&mut warped, &seam, &flat, view).unwrap_err(),
+        ];
+        for error in errors {
+            let expected = Error::WrongSize { name: torn, expected: (8, 6), actual: (6, 8) };
+            assert_eq!(*error, expected);
+        }
+    }
+    let depth = InverseDepth::constant(1.0, 6, 8).unwrap();
+    assert_eq!(Composition::of(reference.view(), Some(&depth), 1).unwrap_err().code(), "size-mismatch");
+    for options in [
+        BlendOptions { feather: 1001, ..BlendOptions::default() },
+        BlendOptions { bands: 11, ..BlendOptions::default() },
+        BlendOptions { bands: 64, ..BlendOptions::default() },
+    ] {
+        assert_eq!(set.add(&warped(), [0, 0], (2, None), &options, &mut ()).unwrap_err().code(), "invalid-argument");
+    }
+    assert!(set == Composition::of(reference.view(), None, 1).unwrap());
 }

@@ -56,6 +56,10 @@ fn arguments_are_checked_before_anything_is_done() {
         let error = refused(&[photo, Photo { focal: Some(focal), ..photo }], &defaults);
         assert!(matches!(error, Error::InvalidArgument { name: "focalLength", .. }), "{error}");
     }
+    let mut bands = defaults.clone();
+    bands.stages.blend.bands = 64;
+    let error = refused(&[photo; 3], &bands);
+    assert!(matches!(error, Error::InvalidArgument { name: "bands", value: 64.0, .. }), "{error}");
     let mut small = defaults.clone();
     small.stages.warp.max_bytes = 100_000;
     assert_eq!(refused(&[photo; 3], &small).code(), "too-large");

@@ -79,6 +79,22 @@ impl BlendOptions {
     pub fn paper() -> Self {
         Self { exposure: Exposure::Off, seam: Seam::Off, blending: Blending::Average, ..Self::default() }
     }
+
+    /// Refuses numbers out of their ranges.
+    ///
+    /// # Errors
+    /// `invalid-argument`.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (name, value, most, expected) in [
+            ("feather", self.feather, 1000, "between 0 and 1000 pixels"),
+            ("bands", self.bands, 10, "between 0 and 10"),
+        ] {
+            if value > most {
+                return Err(Error::InvalidArgument { name, expected, value: f64::from(value) }.into());
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The two photos on one canvas.
@@ -188,13 +204,5 @@ fn check(warped: &Warped, reference: ImageView<'_>, reliable: Option<&Mask>, opt
     if let Some(reliable) = reliable {
         check_size("reliable", reliable.size(), reference.size())?;
     }
-    for (name, value, most, expected) in [
-        ("feather", options.feather, 1000, "between 0 and 1000 pixels"),
-        ("bands", options.bands, 10, "between 0 and 10"),
-    ] {
-        if value > most {
-            return Err(Error::InvalidArgument { name, expected, value: f64::from(value) }.into());
-        }
-    }
-    Ok(())
+    options.check()
 }

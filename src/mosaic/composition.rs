@@ -8,7 +8,7 @@ use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
 use super::seam;
-use crate::image::{check_size, filled, reserve};
+use crate::image::{filled, reserve};
 use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::transparency::outside;
@@ -57,7 +57,6 @@ impl Composition {
             Some(depth) => depth.map_indexed(|at, d| if there(at) { d } else { f32::NAN })?,
             None => InverseDepth::constant(0.0, width, height)?,
         };
-        check_size("depth", depth.size(), (width, height))?;
         let mut image = Image::transparent(width, height)?;
         let pixels = image.pixels_mut().iter_mut().zip(reference.pixels());
         for (pixel, &[r, g, b, _]) in pixels.filter(|(_, pixel)| reference.is_there(**pixel)) {
@@ -75,8 +74,9 @@ impl Composition {
     /// The reference alone, warped into the view, under this label; its size (width, height) as a photo.
     ///
     /// # Errors
-    /// `out-of-memory`.
+    /// `size-mismatch` for a footprint, confidence or depth of another size than the picture's, `out-of-memory`.
     pub fn of_warped(reference: Warped, (width, height): (usize, usize), label: u8) -> Result<Self> {
+        reference.check()?;
         let Warped { image, footprint, depth, offset, .. } = reference;
         let depth = match depth {
             Some(depth) => depth,
@@ -129,7 +129,8 @@ impl Composition {
     /// multiplied by the `gains`, if they are known, up to local differences.
     ///
     /// # Errors
-    /// `size-mismatch` for a footprint of another size than the picture's, `out-of-memory`, `aborted`.
+    /// `invalid-argument` for options out of range, `size-mismatch` for a footprint, confidence or depth of another size than the
+    /// picture's, `out-of-memory`, `aborted`.
     pub fn add(
         &mut self,
         warped: &Warped,
@@ -138,8 +139,9 @@ impl Composition {
         options: &BlendOptions,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
+        options.check()?;
+        warped.check()?;
         let size = warped.image.size();
-        check_size("footprint", warped.footprint.size(), size)?;
         report(observer, Stage::Blend, 0.0)?;
         let drawn = |y: usize| {
             let row = y * size.0..(y + 1) * size.0;

@@ -32,7 +32,8 @@ impl FillGuide {
     /// photos show different surfaces.
     ///
     /// # Errors
-    /// `size-mismatch` when the reference or the seam does not fit the canvas or its depth is not of its size, `out-of-memory`.
+    /// `size-mismatch` when the reference or the seam does not fit the canvas, or footprint, confidence or a depth is not of the size
+    /// of its picture; `out-of-memory`.
     pub fn new(warped: &mut Warped, seam: &Mask, forward: &Model, reference: View<'_>) -> Result<Option<Self>> {
         warped.check_canvas(reference.image)?;
         check_size("seam", seam.size(), warped.image.size())?;

@@ -4,7 +4,7 @@ use wide::{CmpGe, CmpLe, f64x2};
 
 use super::Warped;
 use crate::image::check_size;
-use crate::{Error, ImageView, Result};
+use crate::{Error, ImageView, InverseDepth, Mask, Result};
 
 /// Bytes per canvas pixel: warped target, footprint, depth.
 const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
@@ -76,16 +76,27 @@ pub(super) fn check_budget((width, height): (usize, usize), limit: u64) -> Resul
 }
 
 impl Warped {
-    /// Checks that the footprint has the canvas' size and that the reference lies inside the canvas at [`Warped::offset`].
+    /// Checks that footprint, confidence and depth have the canvas' size.
+    ///
+    /// # Errors
+    /// `size-mismatch`.
+    pub(crate) fn check(&self) -> Result<()> {
+        let Self { image, footprint, confidence, depth, .. } = self;
+        let sizes = [
+            ("footprint", Some(footprint.size())),
+            ("confidence", confidence.as_ref().map(Mask::size)),
+            ("depth", depth.as_ref().map(InverseDepth::size)),
+        ];
+        sizes.into_iter().try_for_each(|(name, size)| size.map_or(Ok(()), |size| check_size(name, size, image.size())))
+    }
+
+    /// The same, and that the reference lies inside the canvas at [`Warped::offset`].
     ///
     /// # Errors
     /// `size-mismatch`; where the canvas is too small, the expected size is the smallest that would do.
     pub(crate) fn check_canvas(&self, reference: ImageView<'_>) -> Result<()> {
+        self.check()?;
         let (width, height) = self.image.size();
-        check_size("footprint", self.footprint.size(), (width, height))?;
-        if let Some(mask) = &self.confidence {
-            check_size("confidence", mask.size(), (width, height))?;
-        }
         let right = self.offset.0.saturating_add(reference.width());
         let bottom = self.offset.1.saturating_add(reference.height());
         check_size("canvas", (width, height), (width.max(right), height.max(bottom)))

@@ -19,6 +19,7 @@ pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Resul
             return Err(Error::InvalidArgument { name: "focalLength", expected: "a positive number", value }.into());
         }
     }
+    options.stages.blend.check()?;
     check_cameras(photos)?;
     for (photo, depth) in photos.iter().filter_map(|photo| Some((photo, photo.depth?))) {
         check_size("depth", depth.size(), photo.image.size())?;
