@@ -45,19 +45,19 @@ fn warped(shown: impl Fn(usize, usize) -> bool) -> Warped {
 
 #[test]
 fn voids_are_shares_of_the_footprint_within_the_reference() {
-    let whole = voids(&warped(|_, _| true), FRAME);
+    let whole = voids(&warped(|_, _| true), FRAME).unwrap();
     assert_eq!((whole.border, whole.overlap), (0.0, 0.0));
     // The band is the outermost 10 pixels and the one at distance 10: 2 % of the diagonal.
     let band = 11;
     let inner = (150 - band) * (400 - 2 * band);
-    let torn = voids(&warped(|x, y| x < 100 || (x >= 100 + band && (band..400 - band).contains(&y))), FRAME);
+    let torn = voids(&warped(|x, y| x < 100 || (x >= 100 + band && (band..400 - band).contains(&y))), FRAME).unwrap();
     assert_eq!(torn.border, 1.0);
     assert!((torn.overlap - (1.0 - inner as f64 / (150.0 * 400.0))).abs() < 1e-12);
     // A hole deep inside is none of the border's; one outside the reference is nobody's.
-    let hole = voids(&warped(|x, y| !(150..170).contains(&x) || !(100..130).contains(&y)), FRAME);
+    let hole = voids(&warped(|x, y| !(150..170).contains(&x) || !(100..130).contains(&y)), FRAME).unwrap();
     assert_eq!(hole.border, 0.0);
     assert!((hole.overlap - 600.0 / (150.0 * 400.0)).abs() < 1e-12);
-    let outside = voids(&warped(|x, _| x >= 100), FRAME);
+    let outside = voids(&warped(|x, _| x >= 100), FRAME).unwrap();
     assert_eq!((outside.border, outside.overlap), (0.0, 0.0));
 }
 
@@ -66,21 +66,21 @@ fn the_seam_is_where_labels_meet() {
     let warped = warped(|_, _| true);
     let overlap = (150.0f64 * 400.0).sqrt();
     // Straight down: a pixel of every row, four of them near the border above and below each.
-    let free = seam_shape(&warped, &mask(|x, _| if x < 180 { 1 } else { 2 }), FRAME);
+    let free = seam_shape(&warped, &mask(|x, _| if x < 180 { 1 } else { 2 }), FRAME).unwrap();
     assert_eq!(free.on_border, Some(8.0 / 400.0));
     assert!((free.length - 400.0 / overlap).abs() < 1e-12, "{free:?}");
     // On the reference's left border for the upper half.
     let stuck = mask(|x, y| if x < if y < 200 { 100 } else { 180 } { 1 } else { 2 });
-    let stuck = seam_shape(&warped, &stuck, FRAME);
+    let stuck = seam_shape(&warped, &stuck, FRAME).unwrap();
     // All of the upper half, and the step aside is as long as it is wide.
     let expected = (200.0 + 4.0 + 4.0) / 479.0;
     assert!((stuck.on_border.unwrap() - expected).abs() < 0.01, "{stuck:?}");
     // An island adds its outline.
     let island = |x: usize, y: usize| (200..220).contains(&x) && (100..120).contains(&y);
-    let with = seam_shape(&warped, &mask(|x, y| if x < 180 || island(x, y) { 1 } else { 2 }), FRAME);
+    let with = seam_shape(&warped, &mask(|x, y| if x < 180 || island(x, y) { 1 } else { 2 }), FRAME).unwrap();
     assert!((with.length - (400.0 + 79.0) / overlap).abs() < 1.5 / overlap, "{with:?}");
     // Where nothing meets there is no seam: void between the two.
-    let none = seam_shape(&warped, &mask(|x, _| [1, 0, 2][x / 140]), FRAME);
+    let none = seam_shape(&warped, &mask(|x, _| [1, 0, 2][x / 140]), FRAME).unwrap();
     assert_eq!((none.on_border, none.length), (None, 0.0));
 }
 
@@ -98,7 +98,7 @@ fn stepped(noise: f64, step: f64, rows: usize) -> Image {
 #[test]
 fn steps_are_seen_that_stand_out() {
     let seam = mask(|x, _| if x < 180 { 1 } else { 2 });
-    let share = |image: &Image| visible_steps(image.view(), &seam).seam.unwrap();
+    let share = |image: &Image| visible_steps(image.view(), &seam).unwrap().seam.unwrap();
     assert_eq!(share(&stepped(0.0, 0.0, 400)), 0.0);
     // 12 levels of grey are some 12 in 2.55·L*.
     assert_eq!(share(&stepped(0.0, 12.0, 400)), 1.0);
@@ -112,7 +112,7 @@ fn steps_are_seen_that_stand_out() {
 #[test]
 fn edges_of_the_scene_are_steps_elsewhere() {
     let edge = picture(|x, _| if x < 304 { [90, 90, 90, 255] } else { [120, 120, 120, 255] });
-    let found = visible_steps(edge.view(), &mask(|x, _| if x < 180 { 1 } else { 2 }));
+    let found = visible_steps(edge.view(), &mask(|x, _| if x < 180 { 1 } else { 2 })).unwrap();
     // Of every 16th row and column 24 places each, but those of rows that are too near the seam to be away from it.
     assert_eq!(found.seam, Some(0.0));
     assert_eq!(found.elsewhere, Some(25.0 / (25 * (24 + 24 - 6)) as f64));
@@ -130,10 +130,10 @@ fn steps_are_judged_where_enough_is_valid() {
             [image.data()[i], image.data()[i], image.data()[i], 0]
         }
     });
-    assert_eq!(visible_steps(few.view(), &seam).seam, None);
-    assert_eq!(visible_steps(image.view(), &mask(|_, _| 1)).seam, None);
+    assert_eq!(visible_steps(few.view(), &seam).unwrap().seam, None);
+    assert_eq!(visible_steps(image.view(), &mask(|_, _| 1)).unwrap().seam, None);
     // Along the border of the canvas there is nothing to compare with.
-    assert_eq!(visible_steps(image.view(), &mask(|x, _| if x < 3 { 1 } else { 2 })).seam, None);
+    assert_eq!(visible_steps(image.view(), &mask(|x, _| if x < 3 { 1 } else { 2 })).unwrap().seam, None);
 }
 
 fn segment(start: [f64; 2], end: [f64; 2]) -> LineSegment {
@@ -197,12 +197,12 @@ fn an_occluding_edge_belongs_to_its_better_side() {
 #[test]
 fn bending_is_the_distance_from_a_homography() {
     let tilted = Matrix3::new(1.1, 0.1, -200.0, -0.05, 0.9, 4.0, 4e-4, -2e-4, 1.0);
-    let flat = bending(SIZE, &Model::homography(tilted), None, SIZE).unwrap();
+    let flat = bending(SIZE, &Model::homography(tilted), None, SIZE).unwrap().unwrap();
     assert!(flat < 1e-6, "{flat}");
     // A ripple of 10 pixels and a period far below the photo's size: RMS 10/√2 of a diagonal of 500.
-    let rippled = bending(SIZE, &model(-200.0), Some(&depth(|x, _| 10.0 * libm::sin(x))), SIZE).unwrap();
+    let rippled = bending(SIZE, &model(-200.0), Some(&depth(|x, _| 10.0 * libm::sin(x))), SIZE).unwrap().unwrap();
     assert!((rippled - 100.0 * 10.0 / 2.0f64.sqrt() / 500.0).abs() < 0.05, "{rippled}");
-    assert_eq!(bending(SIZE, &model(0.0), Some(&depth(|_, _| 0.0)), SIZE), None);
+    assert_eq!(bending(SIZE, &model(0.0), Some(&depth(|_, _| 0.0)), SIZE), Ok(None));
 }
 
 #[test]
@@ -272,4 +272,22 @@ fn all_measures_of_one_mosaic() {
     let parallax = Model { e: Vector3::new(1.0, 0.0, 0.0), ..model };
     let error = appearance(view, reference.view(), &parallax, &warped, &mosaic).unwrap_err();
     assert!(matches!(*error, Error::InvalidArgument { name: "targetDepth", .. }), "{error}");
+}
+
+#[test]
+fn sizes_that_do_not_fit_are_refused() {
+    let whole = warped(|_, _| true);
+    let code = |error: Box<Error>| error.code();
+    let small = Mask::new(vec![1; 4], 2, 2).unwrap();
+    let torn = Warped { footprint: small.clone(), ..whole.clone() };
+    let beyond = Rect { x: 101, ..FRAME };
+    let far = Rect { y: usize::MAX, ..FRAME };
+    for (warped, frame) in [(&torn, FRAME), (&whole, beyond), (&whole, far)] {
+        assert_eq!(voids(warped, frame).map_err(code), Err("size-mismatch"));
+        assert_eq!(seam_shape(warped, &mask(|_, _| 1), frame).map_err(code), Err("size-mismatch"));
+    }
+    assert_eq!(seam_shape(&whole, &small, FRAME).map_err(code), Err("size-mismatch"));
+    assert_eq!(visible_steps(whole.image.view(), &small).map_err(code), Err("size-mismatch"));
+    let flat = depth(|_, _| 0.0);
+    assert_eq!(bending((300, 400), &model(0.0), Some(&flat), SIZE).map_err(code), Err("size-mismatch"));
 }

@@ -4,7 +4,7 @@ use wide::{CmpGe, CmpLe, f64x2};
 
 use super::Warped;
 use crate::image::check_size;
-use crate::{Error, ImageView, InverseDepth, Mask, Result};
+use crate::{Error, ImageView, InverseDepth, Mask, Rect, Result};
 
 /// Bytes per canvas pixel: warped target, footprint, depth.
 const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
@@ -95,10 +95,18 @@ impl Warped {
     /// # Errors
     /// `size-mismatch`; where the canvas is too small, the expected size is the smallest that would do.
     pub(crate) fn check_canvas(&self, reference: ImageView<'_>) -> Result<()> {
+        let ((x, y), (width, height)) = (self.offset, reference.size());
+        self.check_frame(Rect { x, y, width, height })
+    }
+
+    /// The same for a reference at `frame`.
+    ///
+    /// # Errors
+    /// As [`Warped::check_canvas`].
+    pub(crate) fn check_frame(&self, frame: Rect) -> Result<()> {
         self.check()?;
         let (width, height) = self.image.size();
-        let right = self.offset.0.saturating_add(reference.width());
-        let bottom = self.offset.1.saturating_add(reference.height());
+        let (right, bottom) = (frame.x.saturating_add(frame.width), frame.y.saturating_add(frame.height));
         check_size("canvas", (width, height), (width.max(right), height.max(bottom)))
     }
 }

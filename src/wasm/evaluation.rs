@@ -6,7 +6,6 @@ use wasm_bindgen::prelude::*;
 use super::convert::{get, put, to_js_error};
 use super::inputs;
 use crate::features::{LineSegmentOptions, line_segments};
-use crate::image::check_size;
 use crate::metrics::{self, Appearance, LineBreaks};
 use crate::mosaic::Mosaic;
 use crate::{Result, Stage, View};
@@ -32,8 +31,7 @@ pub fn visible_steps(
 ) -> std::result::Result<JsValue, JsValue> {
     evaluated(&|| {
         let (mosaic, labels) = (inputs::image("mosaic", mosaic)?, inputs::mask("labels", labels)?);
-        check_size("labels", labels.size(), mosaic.size())?;
-        let found = metrics::visible_steps(mosaic.view(), &labels);
+        let found = metrics::visible_steps(mosaic.view(), &labels)?;
         let object = Object::new().into();
         put(&object, "seam", or_null(found.seam));
         put(&object, "elsewhere", or_null(found.elsewhere));

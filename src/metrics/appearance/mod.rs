@@ -52,19 +52,17 @@ pub fn appearance(
     mosaic: &Mosaic,
 ) -> Result<Appearance> {
     warped.check_canvas(reference)?;
-    let canvas = warped.image.size();
-    check_size("mosaic", mosaic.image.size(), canvas)?;
-    check_size("seam", mosaic.seam.size(), canvas)?;
+    check_size("mosaic", mosaic.image.size(), warped.image.size())?;
     let frame = Rect { x: warped.offset.0, y: warped.offset.1, width: reference.width(), height: reference.height() };
     let (size, frame_size) = (target.image.size(), (frame.width, frame.height));
     let depth = lines::depth_of(forward, target.depth, size)?;
     let segments = line_segments(target.image, &LineSegmentOptions::default())?;
     Ok(Appearance {
-        voids: voids(warped, frame),
-        seam: seam_shape(warped, &mosaic.seam, frame),
-        visible_steps: visible_steps(mosaic.image.view(), &mosaic.seam),
+        voids: voids(warped, frame)?,
+        seam: seam_shape(warped, &mosaic.seam, frame)?,
+        visible_steps: visible_steps(mosaic.image.view(), &mosaic.seam)?,
         broken_lines: broken_lines(&segments, size, forward, depth, frame_size),
-        bending: bending(size, forward, depth, frame_size),
+        bending: bending(size, forward, depth, frame_size)?,
     })
 }
 

@@ -1,8 +1,9 @@
 //! Where the seam runs.
 
 use super::{inside, share};
+use crate::image::check_size;
 use crate::warp::Warped;
-use crate::{Mask, Rect};
+use crate::{Mask, Rect, Result};
 
 /// Within so many pixels of the reference's border a seam is on it.
 const NEAR: i64 = 3;
@@ -22,7 +23,12 @@ pub struct SeamShape {
 }
 
 /// Of the labels `seam` (1 where the target shows, 2 the reference) on a canvas with the reference at `frame`.
-pub fn seam_shape(warped: &Warped, seam: &Mask, frame: Rect) -> SeamShape {
+///
+/// # Errors
+/// `size-mismatch` when masks, seam or frame do not fit the canvas.
+pub fn seam_shape(warped: &Warped, seam: &Mask, frame: Rect) -> Result<SeamShape> {
+    warped.check_frame(frame)?;
+    check_size("seam", seam.size(), warped.image.size())?;
     let (width, height) = seam.size();
     let (mut length, mut on_border, mut overlap) = (0, 0, 0);
     for (i, &label) in seam.data().iter().enumerate() {
@@ -36,8 +42,8 @@ pub fn seam_shape(warped: &Warped, seam: &Mask, frame: Rect) -> SeamShape {
             on_border += usize::from(inside.abs() <= NEAR);
         }
     }
-    SeamShape {
+    Ok(SeamShape {
         on_border: (length > 0).then(|| share(on_border, length)),
         length: length as f64 / (overlap.max(1) as f64).sqrt(),
-    }
+    })
 }

@@ -3,8 +3,9 @@
 use super::lab::Lab;
 use super::seam::crosses;
 use super::share;
+use crate::image::check_size;
 use crate::sort::sort_indices;
-use crate::{ImageView, Mask};
+use crate::{ImageView, Mask, Result};
 use std::ops::Range;
 
 /// Pixels on either side whose means are compared.
@@ -30,8 +31,12 @@ pub struct VisibleSteps {
 
 /// Shares of a mosaic with a step that is larger than the 90th percentile of those beside it by more than 3 in CIELAB. A step
 /// is the difference of the means of five pixels on either side, across the seam or, elsewhere, of a row or column; `seam` says
-/// which photo shows, 0 for none. Both have the same size.
-pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> VisibleSteps {
+/// which photo shows, 0 for none.
+///
+/// # Errors
+/// `size-mismatch` for a seam of another size than the mosaic.
+pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> Result<VisibleSteps> {
+    check_size("seam", seam.size(), mosaic.size())?;
     let lab = Lab::new();
     let (width, height) = seam.size();
     let pixels = mosaic.pixels();
@@ -50,7 +55,7 @@ pub fn visible_steps(mosaic: ImageView<'_>, seam: &Mask) -> VisibleSteps {
             }
         }
     }
-    VisibleSteps { seam: at_seam.share(), elsewhere: elsewhere.share() }
+    Ok(VisibleSteps { seam: at_seam.share(), elsewhere: elsewhere.share() })
 }
 
 #[derive(Clone, Copy, Default)]

@@ -1,9 +1,9 @@
 //! Voids of the warped target within the reference.
 
 use super::{inside, share};
-use crate::Rect;
 use crate::rect::diagonal;
 use crate::warp::Warped;
+use crate::{Rect, Result};
 
 /// Width of the band inside the reference's border, as a share of its diagonal.
 const BAND: f64 = 0.02;
@@ -18,7 +18,11 @@ pub struct Voids {
 }
 
 /// Voids within the reference, which lies at `frame` on the canvas.
-pub fn voids(warped: &Warped, frame: Rect) -> Voids {
+///
+/// # Errors
+/// `size-mismatch` when masks or frame do not fit the canvas.
+pub fn voids(warped: &Warped, frame: Rect) -> Result<Voids> {
+    warped.check_frame(frame)?;
     let band = BAND * diagonal((frame.width, frame.height));
     let (mut drawn, mut void) = ([0; 2], [0; 2]);
     for y in frame.y..frame.y + frame.height {
@@ -33,5 +37,5 @@ pub fn voids(warped: &Warped, frame: Rect) -> Voids {
             (drawn[1], void[1]) = (drawn[1] + 1, void[1] + empty);
         }
     }
-    Voids { border: share(void[0], drawn[0]), overlap: share(void[1], drawn[1]) }
+    Ok(Voids { border: share(void[0], drawn[0]), overlap: share(void[1], drawn[1]) })
 }

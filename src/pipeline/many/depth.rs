@@ -292,7 +292,7 @@ fn surface(known: &mut KnownDepth<'_>, view: &Model, reference: (usize, usize)) 
     let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
         let shape = SurfaceShape { extrapolation, ..SurfaceShape::default() };
         let Some(map) = known.map(shape)? else { return Ok(None) };
-        Ok(Some((bending(map.size(), view, Some(&map), reference).unwrap_or(0.0), map)))
+        Ok(Some((bending(map.size(), view, Some(&map), reference)?.unwrap_or(0.0), map)))
     };
     let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
     if bent > MOST_BENDING
