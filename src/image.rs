@@ -211,8 +211,8 @@ impl Mask {
     }
 }
 
-/// width·height, or the largest number if that overflows.
-fn area(name: &'static str, width: usize, height: usize) -> Result<usize> {
+/// width·height, or the largest number if that overflows: no allocator has room for so many.
+pub(crate) fn area(name: &'static str, width: usize, height: usize) -> Result<usize> {
     check_sides(name, width, height)?;
     Ok(width.saturating_mul(height))
 }

@@ -1,7 +1,7 @@
 //! Inverse-depth maps, and photos that come with one.
 
 use crate::Result;
-use crate::image::{ImageView, check_len, filled, reserve};
+use crate::image::{ImageView, area, check_len, filled, reserve};
 
 /// A photo and, unless the model has no parallax, its inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +36,7 @@ impl InverseDepth {
     /// resampled bilinearly, pixel centres mapped as areas: x_map = (x + ½)·width/image_width − ½.
     ///
     /// # Errors
-    /// `invalid-argument` for an empty side, `size-mismatch` for another length, `out-of-memory`.
+    /// `invalid-argument` for an empty side of the map or the image, `size-mismatch` for another length, `out-of-memory`.
     pub fn new(
         name: &'static str,
         raw: &[f32],
@@ -59,7 +59,7 @@ impl InverseDepth {
         };
         let mut data = Vec::new();
         let (w, h) = image_size;
-        reserve(&mut data, w * h)?;
+        reserve(&mut data, area(name, w, h)?)?;
         if (w, h) == (width, height) {
             data.extend(raw.iter().map(|&v| convert(v)));
         } else {
@@ -81,9 +81,9 @@ impl InverseDepth {
     /// The same value everywhere.
     ///
     /// # Errors
-    /// `out-of-memory` when the allocator refuses.
+    /// `invalid-argument` for an empty side, `out-of-memory` when the allocator refuses.
     pub fn constant(value: f32, width: usize, height: usize) -> Result<Self> {
-        Ok(Self { data: filled(width * height, value)?, width, height })
+        Ok(Self { data: filled(area("depth", width, height)?, value)?, width, height })
     }
 
     /// Values row by row, NaN for holes.

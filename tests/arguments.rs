@@ -3,6 +3,7 @@
 
 mod scene;
 
+use depthstitch::depth::derive_depth;
 use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, blend};
@@ -90,6 +91,27 @@ fn buffers_whose_length_does_not_fit() {
         assert_eq!(map(len, (3, 2)), "size-mismatch", "{len}");
     }
     assert_eq!(map(6, (usize::MAX, usize::MAX)), "size-mismatch");
+
+    // A map of one pixel, made as large as an image.
+    let known = InverseDepth::constant(1.0, 4, 4).unwrap();
+    let shift = Model::homography(Matrix3::new(1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0));
+    let sized = |(width, height): (usize, usize)| {
+        let codes = [
+            code(InverseDepth::new("targetDepth", &[1.0], (1, 1), DepthKind::Inverse, None, (width, height))),
+            code(InverseDepth::constant(1.0, width, height)),
+            code(derive_depth(&known, &shift, (width, height), &mut ())),
+        ];
+        assert_eq!(codes, [codes[0]; 3], "{width}×{height}");
+        codes[0]
+    };
+    assert_eq!(sized((3, 2)), "");
+    for empty in [(0, 2), (3, 0), (0, 0)] {
+        assert_eq!(sized(empty), "invalid-argument");
+    }
+    // The product of the second wraps around to what might be allocated.
+    for huge in [(usize::MAX, 1), (1 << (usize::BITS / 2), (1 << (usize::BITS / 2)) + 1)] {
+        assert_eq!(sized(huge), "out-of-memory");
+    }
 }
 
 /// A canvas of 8×6 on which the target is drawn everywhere.

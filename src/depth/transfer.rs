@@ -3,7 +3,7 @@
 use super::completion::{CompletionOptions, KnownDepth};
 use super::surface::OtherView;
 use crate::geometry::{Calibration, EstimateOptions, Frame, Match, Model, ModelKind, estimate};
-use crate::image::{filled, reserve, zeroed};
+use crate::image::{area, filled, reserve, zeroed};
 use crate::observer::{Observer, Portion, report};
 use crate::{InverseDepth, Result, Stage};
 
@@ -16,7 +16,7 @@ use crate::{InverseDepth, Result, Stage};
 /// `None` when hardly any of the map lands on the other photo, or the model has no inverse.
 ///
 /// # Errors
-/// `out-of-memory`, `aborted`.
+/// `invalid-argument` for an empty side of the other photo, `out-of-memory`, `aborted`.
 pub fn derive_depth(
     depth: &InverseDepth,
     model: &Model,
@@ -25,9 +25,10 @@ pub fn derive_depth(
 ) -> Result<Option<InverseDepth>> {
     let Some(reverse) = model.inverse() else { return Ok(None) };
     let (w, h) = other;
-    let mut seen = filled(w * h, f32::NAN)?;
+    let pixels = area("other", w, h)?;
+    let mut seen = filled(pixels, f32::NAN)?;
     // The d in front; 0 also where nothing is.
-    let mut front: Vec<f32> = zeroed(w * h)?;
+    let mut front: Vec<f32> = zeroed(pixels)?;
     for_each_landing(depth, model, other, observer, &mut |i, value, d| {
         if seen[i].is_nan() || d > front[i] {
             (seen[i], front[i]) = (value, d);
