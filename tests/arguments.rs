@@ -20,7 +20,7 @@ fn options_out_of_range() {
     let matches = MatchOptions { count: 200, sigma: 0.3, outliers: 0.1, seed: 1 };
     let photos = Photos::of(&scene::gallery().render(120, 80), &matches);
     type Change = fn(&mut Options);
-    let changes: [(&'static str, Change, &'static str); 21] = [
+    let changes: [(&'static str, Change, &'static str); 24] = [
         ("threshold 0", |o| o.estimate.threshold = Threshold::Pixels(0.0), "invalid-argument"),
         ("threshold NaN", |o| o.estimate.threshold = Threshold::Pixels(f64::NAN), "invalid-argument"),
         ("threshold infinite", |o| o.estimate.threshold = Threshold::Pixels(f64::INFINITY), "invalid-argument"),
@@ -33,6 +33,9 @@ fn options_out_of_range() {
         ("void distance NaN", |o| o.warp.void_distance = f64::NAN, "invalid-argument"),
         ("stretch limit negative", |o| o.warp.stretch_limit = -2.0, "invalid-argument"),
         ("stretch limit infinite", |o| o.warp.stretch_limit = f64::INFINITY, "invalid-argument"),
+        ("colour distance 0", |o| o.warp.colour_distance = 0.0, "invalid-argument"),
+        ("colour distance NaN", |o| o.warp.colour_distance = f64::NAN, "invalid-argument"),
+        ("colour distance infinite", |o| o.warp.colour_distance = f64::INFINITY, ""),
         ("canvas limit negative", |o| o.warp.canvas_limit = -0.1, "invalid-argument"),
         ("canvas limit NaN", |o| o.warp.canvas_limit = f64::NAN, "invalid-argument"),
         ("canvas limit infinite", |o| o.warp.canvas_limit = f64::INFINITY, "invalid-argument"),

@@ -260,16 +260,16 @@ fn check(
     reverse: &Model,
     options: &WarpOptions,
 ) -> Result<()> {
-    let positive = |name, value: f64| {
-        if value.is_finite() && value > 0.0 {
-            Ok(())
-        } else {
-            Err(Error::InvalidArgument { name, expected: "a finite number above 0", value })
+    let finite = "a finite number above 0";
+    for (name, value, most, expected) in [
+        ("voidDistance", options.void_distance, f64::MAX, finite),
+        ("stretchLimit", options.stretch_limit, f64::MAX, finite),
+        ("colourDistance", options.colour_distance, f64::INFINITY, "above 0"),
+    ] {
+        if !(value > 0.0 && value <= most) {
+            return Err(Error::InvalidArgument { name, expected, value }.into());
         }
-    };
-    positive("voidDistance", options.void_distance)?;
-    positive("stretchLimit", options.stretch_limit)?;
-    positive("colourDistance", options.colour_distance.min(f64::MAX))?;
+    }
     if !(0.0..=100.0).contains(&options.canvas_limit) {
         return Err(Error::InvalidArgument {
             name: "canvasLimit",
