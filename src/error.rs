@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::decimal::Decimal;
+use crate::decimal::{Decimal, Number};
 
 /// A step of the pipeline, named in errors, in progress reports and in the table of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -58,7 +58,7 @@ impl fmt::Display for Stage {
 #[non_exhaustive]
 pub enum Error {
     /// An option or value outside its range.
-    #[error("{name} must be {expected}, got {}", Decimal(*value, 6))]
+    #[error("{name} must be {expected}, got {}", Number(*value))]
     InvalidArgument {
         /// The option or argument, as JavaScript spells it.
         name: &'static str,
