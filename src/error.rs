@@ -77,6 +77,14 @@ pub enum Error {
         /// What was passed, described in a word or quoted.
         got: String,
     },
+    /// Something that is needed because of what else was passed.
+    #[error("{name} is missing: {reason}")]
+    Missing {
+        /// What was not passed, as JavaScript spells it.
+        name: &'static str,
+        /// Why it is needed.
+        reason: &'static str,
+    },
     /// An option that does not exist.
     #[error("there is no option {name}")]
     UnknownOption {
@@ -204,6 +212,7 @@ impl Error {
         match self {
             Error::InvalidArgument { .. }
             | Error::WrongType { .. }
+            | Error::Missing { .. }
             | Error::UnknownOption { .. }
             | Error::TransparentPhoto { .. } => "invalid-argument",
             Error::SizeMismatch { .. } | Error::WrongSize { .. } => "size-mismatch",
@@ -249,7 +258,7 @@ impl Error {
             }
             Error::OutOfMemory { bytes } => &[("bytes", bytes as f64)],
             Error::DecodeFailed { bytes, .. } => &[("bytes", bytes as f64)],
-            Error::WrongType { .. } | Error::UnknownOption { .. } | Error::Aborted => &[],
+            Error::WrongType { .. } | Error::Missing { .. } | Error::UnknownOption { .. } | Error::Aborted => &[],
         };
         numbers.to_vec()
     }

@@ -271,7 +271,10 @@ fn all_measures_of_one_mosaic() {
     assert!(matches!(*error, Error::WrongSize { name: "seam", .. }), "{error}");
     let parallax = Model { e: Vector3::new(1.0, 0.0, 0.0), ..model };
     let error = appearance(view, reference.view(), &parallax, &warped, &mosaic).unwrap_err();
-    assert!(matches!(*error, Error::InvalidArgument { name: "targetDepth", .. }), "{error}");
+    assert_eq!(error.to_string(), "targetDepth is missing: the model has parallax");
+    let endless = Model { e: Vector3::new(0.0, f64::INFINITY, 0.0), ..model };
+    let error = appearance(view, reference.view(), &endless, &warped, &mosaic).unwrap_err();
+    assert!(matches!(*error, Error::InvalidArgument { name: "model", value: f64::INFINITY, .. }), "{error}");
 }
 
 #[test]

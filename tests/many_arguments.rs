@@ -20,7 +20,7 @@ fn cameras_are_checked() {
     let known = Photo { focal: Some(30.0), camera: Some(own), ..photo };
     let refused = |photos: &[Photo<'_>]| *stitch_many(photos, &ManyOptions::default(), &mut Never).unwrap_err();
     let name = |error: Error| match error {
-        Error::InvalidArgument { name, .. } => name,
+        Error::InvalidArgument { name, .. } | Error::Missing { name, .. } => name,
         error => panic!("{error}"),
     };
     assert_eq!(name(refused(&[known, photo])), "camera");

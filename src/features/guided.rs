@@ -136,9 +136,7 @@ impl MatchGuide<'_> {
                 return Err(Error::InvalidArgument { name: "range", expected: "finite", value }.into());
             }
         }
-        if !self.forward.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
-        }
+        self.forward.check()?;
         self.depth.map_or(Ok(()), |map| check_size("targetDepth", map.size(), target.size))
     }
 

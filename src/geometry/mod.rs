@@ -31,7 +31,7 @@ pub(crate) use epipolar::{plane_at_infinity, two_view_geometry};
 pub use estimate::estimate;
 pub use homography::homography;
 pub use model::{Match, Model};
-pub(crate) use model::{check_views, epipolar_direction};
+pub(crate) use model::{check_depth, check_views, epipolar_direction};
 pub use multi_view::{Camera, MultiViewKind};
 pub(crate) use multi_view::{Equations, Lens, MultiView, PairLink, Sight, multi_view, pair_focal};
 pub use plane::DepthSample;

@@ -54,7 +54,21 @@ impl Model {
 
     /// Whether all entries are finite.
     pub fn is_finite(&self) -> bool {
-        self.h.as_slice().iter().chain(self.e.as_slice()).all(|v| v.is_finite())
+        self.first_not_finite().is_none()
+    }
+
+    fn first_not_finite(&self) -> Option<f64> {
+        self.h.as_slice().iter().chain(self.e.as_slice()).copied().find(|v| !v.is_finite())
+    }
+
+    /// Refuses entries that are not finite.
+    ///
+    /// # Errors
+    /// `invalid-argument`.
+    pub(crate) fn check(&self) -> Result<()> {
+        self.first_not_finite().map_or(Ok(()), |value| {
+            Err(Error::InvalidArgument { name: "model", expected: "of finite numbers", value }.into())
+        })
     }
 
     /// Homogeneous image of (x, y) with inverse depth d. The point is in front of the camera if the third coordinate is
@@ -136,22 +150,16 @@ pub(crate) fn epipolar_direction(e: &Vector3<f64>, [u, v, w]: [f64; 3]) -> [f64;
 
 /// Checks models, sizes, and that there is depth where there is parallax.
 pub(crate) fn check_views(target: &View<'_>, reference: &View<'_>, forward: &Model, reverse: &Model) -> Result<()> {
-    for (name, view, model) in [("targetDepth", target, forward), ("referenceDepth", reference, reverse)] {
-        if !model.is_finite() {
-            return Err(Error::InvalidArgument { name: "model", expected: "finite", value: f64::NAN }.into());
-        }
-        match view.depth {
-            Some(depth) => check_size(name, depth.size(), view.image.size())?,
-            None if model.has_parallax() => {
-                return Err(Error::InvalidArgument {
-                    name,
-                    expected: "given, as the model has parallax",
-                    value: f64::NAN,
-                }
-                .into());
-            }
-            None => {}
-        }
+    check_depth("targetDepth", target, forward)?;
+    check_depth("referenceDepth", reference, reverse)
+}
+
+/// The same for one photo and the model that leads from it to the other.
+pub(crate) fn check_depth(name: &'static str, view: &View<'_>, model: &Model) -> Result<()> {
+    model.check()?;
+    match view.depth {
+        Some(depth) => check_size(name, depth.size(), view.image.size()),
+        None if model.has_parallax() => Err(Error::Missing { name, reason: "the model has parallax" }.into()),
+        None => Ok(()),
     }
-    Ok(())
 }

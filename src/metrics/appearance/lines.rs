@@ -1,10 +1,9 @@
 //! Straight lines of the target that the warp breaks.
 
+use crate::InverseDepth;
 use crate::features::LineSegment;
 use crate::geometry::Model;
-use crate::image::check_size;
 use crate::rect::diagonal;
-use crate::{Error, InverseDepth, Result};
 
 /// Least length, as a share of the target's diagonal.
 const LENGTH: f64 = 0.06;
@@ -121,21 +120,4 @@ fn direction(points: &[[f64; 2]]) -> Option<[f64; 2]> {
     let [x, y] = if half > 0.0 { [half + root, xy] } else { [xy, root - half] };
     let norm = (x * x + y * y).sqrt();
     (norm > 0.0).then(|| [x / norm, y / norm])
-}
-
-/// The depth that `forward` needs for a target of `size`.
-pub(super) fn depth_of<'a>(
-    forward: &Model,
-    depth: Option<&'a InverseDepth>,
-    size: (usize, usize),
-) -> Result<Option<&'a InverseDepth>> {
-    if !forward.has_parallax() {
-        return Ok(None);
-    }
-    let Some(depth) = depth else {
-        let expected = "given, as the model has parallax";
-        return Err(Error::InvalidArgument { name: "targetDepth", expected, value: f64::NAN }.into());
-    };
-    check_size("targetDepth", depth.size(), size)?;
-    Ok(Some(depth))
 }

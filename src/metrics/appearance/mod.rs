@@ -17,7 +17,7 @@ pub use steps::{VisibleSteps, visible_steps};
 pub use voids::{Voids, voids};
 
 use crate::features::{LineSegmentOptions, line_segments};
-use crate::geometry::Model;
+use crate::geometry::{Model, check_depth};
 use crate::image::check_size;
 use crate::mosaic::Mosaic;
 use crate::warp::Warped;
@@ -43,7 +43,7 @@ pub struct Appearance {
 ///
 /// # Errors
 /// `size-mismatch` when canvas, mosaic, masks and photos do not fit each other, `invalid-argument` for a model with parallax
-/// and no depth, `out-of-memory`.
+/// and no depth or one that is not finite, `out-of-memory`.
 pub fn appearance(
     target: View<'_>,
     reference: ImageView<'_>,
@@ -52,10 +52,11 @@ pub fn appearance(
     mosaic: &Mosaic,
 ) -> Result<Appearance> {
     warped.check_canvas(reference)?;
+    check_depth("targetDepth", &target, forward)?;
     check_size("mosaic", mosaic.image.size(), warped.image.size())?;
     let frame = Rect { x: warped.offset.0, y: warped.offset.1, width: reference.width(), height: reference.height() };
     let (size, frame_size) = (target.image.size(), (frame.width, frame.height));
-    let depth = lines::depth_of(forward, target.depth, size)?;
+    let depth = target.depth.filter(|_| forward.has_parallax());
     let segments = line_segments(target.image, &LineSegmentOptions::default())?;
     Ok(Appearance {
         voids: voids(warped, frame)?,

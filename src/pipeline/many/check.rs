@@ -46,7 +46,7 @@ fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
         return invalid("camera", "given for every photo or for none", cameras.len() as f64);
     }
     if photos.iter().any(|photo| photo.focal.is_none()) {
-        return invalid("focalLength", "given with every camera", f64::NAN);
+        return Err(Error::Missing { name: "focalLength", reason: "every camera needs one" }.into());
     }
     for Camera { rotation, translation } in cameras {
         let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
