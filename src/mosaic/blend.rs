@@ -147,7 +147,7 @@ pub fn blend(
     let mut voids = Vec::new();
     reserve(&mut voids, width * height)?;
     let drawn = warped.footprint.data().iter().zip(seam.data());
-    voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == 0 { 255 } else { 0 }));
+    voids.extend(drawn.map(|(&drawn, &shown)| if drawn != 0 && shown == seam::NONE { 255 } else { 0 }));
     let mut voids = Mask::from_bytes(voids, width, height);
     add_holes(&mut voids, &placed, &seam)?;
     report(observer, Stage::Blend, 1.0)?;
@@ -161,7 +161,7 @@ fn add_holes(voids: &mut Mask, reference: &Placed<'_>, seam: &Mask) -> Result<()
     for (at, &pixel) in photo.pixels().iter().enumerate() {
         let (x, y) = (reference.left + at % photo.width(), reference.top + at / photo.width());
         let place = y * canvas + x;
-        if !photo.is_there(pixel) && outside.data()[at] == 0 && seam.data()[place] == 0 {
+        if !photo.is_there(pixel) && outside.data()[at] == 0 && seam.data()[place] == seam::NONE {
             voids.data_mut()[place] = 255;
         }
     }

@@ -7,7 +7,7 @@
 use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
-use super::seam;
+use super::seam::{self, BOTH, TARGET};
 use crate::image::{filled, reserve};
 use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
@@ -159,7 +159,7 @@ impl Composition {
         let placed = Placed { photo: before.view(), left: 0, top: 0 };
         let (mut image, confidence) = cut_warped(warped, window, (left, top))?;
         let mut shown = seam::sides(&image, &placed)?;
-        let overlap = shown.data().iter().filter(|side| **side == 3).count();
+        let overlap = shown.data().iter().filter(|side| **side == BOTH).count();
         let labels =
             Mask::from_bytes(part(self.labels.data(), self.labels.width(), window)?, window.width, window.height);
         let preference = seam::Preference {
@@ -222,7 +222,7 @@ impl Composition {
             let at = (window.y + y) * width + window.x;
             self.image.pixels_mut()[at..at + window.width].copy_from_slice(pixels);
             let labels = self.labels.data_mut()[at..at + window.width].iter_mut();
-            labels.zip(shown).filter(|(_, shown)| **shown == 1).for_each(|(own, _)| *own = label);
+            labels.zip(shown).filter(|(_, shown)| **shown == TARGET).for_each(|(own, _)| *own = label);
         }
     }
 
@@ -230,7 +230,7 @@ impl Composition {
     fn paste_depth(&mut self, warped: &Warped, shown: &Mask, window: Rect, (left, top): (usize, usize)) {
         let (width, height) = self.depth.size();
         let mut values = std::mem::replace(&mut self.depth, InverseDepth::from_values(Vec::new(), 0, 0)).into_values();
-        for (i, _) in shown.data().iter().enumerate().filter(|(_, shown)| **shown == 1) {
+        for (i, _) in shown.data().iter().enumerate().filter(|(_, shown)| **shown == TARGET) {
             let (x, y) = (window.x + i % window.width, window.y + i / window.width);
             // Where the photo shows, its canvas reaches. Without parallax it is infinitely far away.
             let of = |depth: &InverseDepth| depth.data()[(y - top) * depth.width() + x - left];

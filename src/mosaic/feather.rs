@@ -1,6 +1,7 @@
 //! A ramp across the seam.
 
 use super::canvas::Placed;
+use super::seam::{REFERENCE, TARGET};
 use crate::distance::{STRAIGHT, distance, to_outside};
 use crate::observer::{Observer, Portion, report, report_row};
 use crate::{Image, Mask, Result, Stage};
@@ -17,9 +18,9 @@ pub(super) fn blend(
     let (width, height) = image.size();
     let pixels = image.pixels_mut();
     report_row(observer, Stage::Blend, 0, 3)?;
-    let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == 1)?;
+    let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == TARGET)?;
     report(observer, Stage::Blend, 0.25)?;
-    let to_reference = distance(pixels.len(), width, &|i| seam.data()[i] == 2)?;
+    let to_reference = distance(pixels.len(), width, &|i| seam.data()[i] == REFERENCE)?;
     report(observer, Stage::Blend, 0.5)?;
     let inside = distance(pixels.len(), width, &|i| pixels[i][3] == 0)?;
     let observer = &mut Portion::new(observer, 0.75, 1.0);

@@ -10,7 +10,7 @@ use std::ops::Range;
 use wide::f32x4;
 
 use super::canvas::Placed;
-use super::seam;
+use super::seam::{self, NONE, REFERENCE, TARGET};
 use crate::image::{reserve, zeroed};
 use crate::observer::{Observer, Portion, report_row};
 use crate::upsampling::{WEIGHTS, neighbours};
@@ -97,7 +97,7 @@ impl Source<'_> {
                 let weight = TOLERANCE * TOLERANCE / (TOLERANCE * TOLERANCE + (r * r + g * g + b * b));
                 difference = f32x4::new([r, g, b, 1.0]) * f32x4::splat(weight);
             }
-            let [labelled, is_target] = [shown != 0, shown == 1].map(|is| f32::from(u8::from(is)));
+            let [labelled, is_target] = [shown != NONE, shown == TARGET].map(|is| f32::from(u8::from(is)));
             *cell = [difference, f32x4::new([is_target, labelled, 0.0, 0.0])];
         }
     }
@@ -179,11 +179,11 @@ fn apply(
         let range = y * width + columns.start..y * width + columns.end;
         let pixels = &mut image.pixels_mut()[range.clone()];
         for ((x, pixel), &shown) in pixels.iter_mut().enumerate().zip(&seam.data()[range]) {
-            if shown == 0 {
+            if shown == NONE {
                 continue;
             }
             let [difference, blended] = correction.expanded(x, y - rows.start);
-            let change = if shown == 1 { blended - difference } else { blended };
+            let change = if shown == TARGET { blended - difference } else { blended };
             for (own, change) in pixel.iter_mut().take(3).zip(change.to_array()) {
                 // The conversion saturates.
                 *own = (f32::from(*own) + change + 0.5) as u8;
@@ -202,7 +202,7 @@ fn paste(image: &mut Image, reference: &Placed<'_>, seam: &Mask, observer: &mut 
         let Some(photo) = reference.row(y) else { continue };
         let over = row[reference.left..].iter_mut().zip(&shown[reference.left..]);
         for ((pixel, &shown), &[r, g, b, _]) in over.zip(photo) {
-            if shown == 2 {
+            if shown == REFERENCE {
                 *pixel = [r, g, b, 255];
             }
         }

@@ -19,10 +19,10 @@ use crate::{Image, Mask, Rect, Result, Stage};
 use level::Level;
 
 /// Labels of a seam mask.
-const NONE: u8 = 0;
+pub(super) const NONE: u8 = 0;
 pub(super) const TARGET: u8 = 1;
 pub(super) const REFERENCE: u8 = 2;
-const BOTH: u8 = 3;
+pub(super) const BOTH: u8 = 3;
 
 /// Cells of the coarsest grid, at most. Between 3000 and 12000 visible steps change by 4 %, the seam's length by 1 %.
 const COARSEST: usize = 6000;
@@ -46,7 +46,7 @@ pub(super) fn bounds(seam: &Mask) -> Option<Rect> {
     bounding_box(height, &meetings)
 }
 
-/// Which photos are valid: 0 none, 1 the target, 2 the reference, 3 both.
+/// Which photos are valid.
 pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
     let mut mask = Mask::empty(image.width(), image.height())?;
     let pixels = image.pixels().chunks_exact(image.width());
