@@ -7,6 +7,7 @@
 use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
+use super::multiband::default_bands;
 use super::seam::{self, BOTH, TARGET};
 use crate::image::{filled, reserve};
 use crate::observer::{Observer, report};
@@ -71,11 +72,11 @@ impl Composition {
         Self::of_warped(warped, (width, height), label)
     }
 
-    /// The reference alone, warped into the view, under this label; its size (width, height) as a photo.
+    /// The reference alone, warped into the view, under this label; its `size` (width, height) as a photo.
     ///
     /// # Errors
     /// `size-mismatch` for a footprint, confidence or depth of another size than the picture's, `out-of-memory`.
-    pub fn of_warped(reference: Warped, (width, height): (usize, usize), label: u8) -> Result<Self> {
+    pub fn of_warped(reference: Warped, size: (usize, usize), label: u8) -> Result<Self> {
         reference.check()?;
         let Warped { image, footprint, depth, offset, .. } = reference;
         let depth = match depth {
@@ -86,8 +87,7 @@ impl Composition {
         for (own, pixel) in labels.data_mut().iter_mut().zip(image.pixels()) {
             *own = if pixel[3] == 0 { 0 } else { label };
         }
-        // As of two photos.
-        let bands = (width.max(height) / 32).max(2).ilog2();
+        let bands = default_bands(size);
         Ok(Self { image, labels, footprint, offset, depth, bands, reference: label })
     }
 

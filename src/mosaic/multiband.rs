@@ -33,6 +33,11 @@ struct Level {
     height: usize,
 }
 
+/// Bands where [`BlendOptions::bands`](super::BlendOptions::bands) is 0, of a reference of this width and height.
+pub(super) fn default_bands((width, height): (usize, usize)) -> u32 {
+    (width.max(height) / 32).max(2).ilog2()
+}
+
 /// Blends the reference into `image`, which holds the target. `bands` as in [`super::BlendOptions`].
 pub(super) fn blend(
     image: &mut Image,
@@ -41,8 +46,7 @@ pub(super) fn blend(
     bands: u32,
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let longer = reference.photo.width().max(reference.photo.height());
-    let bands = if bands == 0 { (longer / 32).max(2).ilog2() } else { bands } as usize;
+    let bands = if bands == 0 { default_bands(reference.photo.size()) } else { bands } as usize;
     let Some(bounds) = seam::bounds(seam) else {
         return paste(image, reference, seam, observer);
     };
