@@ -1,4 +1,7 @@
-//! The transfer function of sRGB.
+//! sRGB: its transfer function, and the levels that can be trusted.
+
+/// Levels outside of which a pixel may be clipped, or too dark to tell how much light it took.
+pub(crate) const USABLE: [u8; 2] = [6, 249];
 
 /// Linear light, 0 to 1, of every 8 bit level (IEC 61966-2-1).
 pub(crate) fn linear_light() -> [f32; 256] {

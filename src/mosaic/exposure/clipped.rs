@@ -3,8 +3,8 @@
 use wide::f32x4;
 
 use super::fit::{Field, Node};
-use super::samples::USABLE;
 use crate::image::zeroed;
+use crate::srgb::USABLE;
 use crate::{Image, Result};
 
 /// Pixels looked at, about, from node to node; and the share of those around a node that is much. Less is glints.

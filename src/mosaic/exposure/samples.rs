@@ -5,15 +5,14 @@ use wide::{f32x4, u8x16};
 use crate::image::{reserve, zeroed};
 use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
+use crate::srgb::USABLE;
 use crate::{Image, Result, Stage};
 
 /// Cells along the reference's longer side. Tuned on the evaluation cases: flat between 128 and 256.
 const CELLS: usize = 128;
 /// Pixels looked at, about, per side of a cell. Flat between 4 and 16 on the evaluation cases.
 const TAPS: usize = 8;
-/// Levels outside of which a pixel may be clipped, or too dark to tell.
-pub(super) const USABLE: [u8; 2] = [6, 249];
-/// A level that is.
+/// A level that is usable.
 const MIDDLE: u8 = 128;
 
 /// The mean light of both photos over a small cell of the overlap.

@@ -9,7 +9,7 @@ use crate::geometry::Equations;
 use crate::image::filled;
 use crate::pipeline::bilinear::Bilinear;
 use crate::rect::diagonal;
-use crate::srgb::linear_light;
+use crate::srgb::{USABLE, linear_light};
 use crate::statistics::median;
 use crate::{ImageView, Result};
 
@@ -17,8 +17,6 @@ use crate::{ImageView, Result};
 const CELLS: usize = 96;
 /// Pixels looked at, about, per side of a cell.
 const TAPS: usize = 6;
-/// Levels outside of which a pixel may be clipped, or too dark to tell.
-const USABLE: std::ops::RangeInclusive<u8> = 6..=249;
 /// Fewer cells that two photos share say nothing.
 const FEWEST: usize = 12;
 /// How far from itself, as a share of the diagonal, a place may land that is carried to another photo and back: otherwise something
@@ -83,7 +81,8 @@ impl Light {
             for y in (top..top + side).step_by(stride) {
                 for pixel in photo.pixels()[y * width + left..][..side].iter().step_by(stride) {
                     all += 1.0;
-                    if photo.is_there(*pixel) && pixel[..3].iter().all(|level| USABLE.contains(level)) {
+                    if photo.is_there(*pixel) && pixel[..3].iter().all(|level| (USABLE[0]..=USABLE[1]).contains(level))
+                    {
                         sum.iter_mut().zip(pixel).for_each(|(sum, level)| *sum += linear[usize::from(*level)]);
                         count += 1.0;
                     }
