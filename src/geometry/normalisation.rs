@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix4};
 
 use super::Model;
 use super::correspondences::{Correspondence, Correspondences, ProjectionMatrix};
+use crate::rect::diagonal;
 
 /// The change of coordinates of both point sets and of the inverse depth.
 #[derive(Debug, Clone, Copy)]
@@ -39,10 +40,9 @@ impl Normalisation {
 
     /// Coordinates from the centre of each photo, in its diagonals; the depth as in [`Normalisation::hartley`].
     pub fn from_centres(points: &Correspondences, source: (usize, usize), destination: (usize, usize)) -> Self {
-        let centred = |(w, h): (usize, usize)| {
-            let (w, h) = (w as f64, h as f64);
-            let s = 1.0 / (w * w + h * h).sqrt();
-            [s, -s * 0.5 * (w - 1.0), -s * 0.5 * (h - 1.0)]
+        let centred = |size: (usize, usize)| {
+            let s = 1.0 / diagonal(size);
+            [s, -s * 0.5 * (size.0 as f64 - 1.0), -s * 0.5 * (size.1 as f64 - 1.0)]
         };
         Self { source: centred(source), destination: centred(destination), ..Self::hartley(points) }
     }

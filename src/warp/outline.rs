@@ -6,6 +6,7 @@ use super::canvas::Canvas;
 use crate::components::{connected_components, neighbours};
 use crate::distance::{FAR, STRAIGHT, carry};
 use crate::image::{reserve, zeroed};
+use crate::rect::diagonal;
 use crate::{Image, ImageView, Mask, Result};
 
 /// Half the width of what is too thin to stay, or to stay open, as a share of the reference's diagonal; in pixels at least.
@@ -22,8 +23,7 @@ pub(super) fn clean(image: &mut Image, footprint: &mut Mask, canvas: &Canvas, re
     let (width, cells) = (canvas.width, canvas.width * canvas.height);
     let (left, top) = canvas.offset;
     let size = reference.size();
-    let (w, h) = (size.0 as f64, size.1 as f64);
-    let radius = ((THIN * (w * w + h * h).sqrt()) as u32).max(THINNEST) * STRAIGHT;
+    let radius = ((THIN * diagonal(size)) as u32).max(THINNEST) * STRAIGHT;
     // No photo is so large that this is not all of it.
     let radius = radius.min(u32::from(FAR) / 4) as u16;
     // Specks in voids are filled over.
