@@ -159,7 +159,8 @@ fn check(sides: &mut [Side<'_>; 2], level: usize) -> Result<[Vec<u8>; 2]> {
 fn extrapolate(sides: &mut [Side<'_>; 2], level: usize, marks: [Vec<u8>; 2], keep_matches: bool) -> Result<()> {
     for (side, marks) in sides.iter_mut().zip(marks) {
         let Gray { width, height, .. } = side.pyramid[level];
-        let reach = FADING * ((width * width + height * height) as f32).sqrt();
+        let [w, h] = [width, height].map(|side| side as u64);
+        let reach = FADING * ((w * w + h * h) as f32).sqrt();
         let smooth = extrapolated(&side.lines, &side.shifts, &side.reliable, (width, height, 1 << level), reach)?;
         let keep = keep_matches && marked(&side.reliable) * FEW > marked(&marks);
         let corrected = side.shifts.iter_mut().zip(&mut side.depth);
