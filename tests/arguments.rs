@@ -6,7 +6,7 @@ mod scene;
 use depthstitch::depth::derive_depth;
 use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, blend};
+use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, Layer, blend};
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, ImageView, InverseDepth, Mask, Result, View};
@@ -137,6 +137,7 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
     let flat = Model::homography(Matrix3::identity());
     let view = View { image: reference.view(), depth: None };
     let options = BlendOptions::default();
+    let layer = Layer { label: 2, gains: None };
     let mut set = Composition::of(reference.view(), None, 1).unwrap();
     for (torn, mut warped) in [
         ("footprint", Warped { footprint: turned.clone(), ..warped() }),
@@ -145,7 +146,7 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
     ] {
         let errors = [
             blend(&warped, reference.view(), None, &options, &mut ()).unwrap_err(),
-            set.add(&warped, [0, 0], (2, None), &options, &mut ()).unwrap_err(),
+            set.add(&warped, [0, 0], layer, &options, &mut ()).unwrap_err(),
             Composition::of_warped(warped.clone(), (8, 6), 1).unwrap_err(),
             FillGuide::new(&mut warped, &seam, &flat, view).unwrap_err(),
         ];
@@ -161,7 +162,7 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
         BlendOptions { bands: 11, ..BlendOptions::default() },
         BlendOptions { bands: 64, ..BlendOptions::default() },
     ] {
-        assert_eq!(set.add(&warped(), [0, 0], (2, None), &options, &mut ()).unwrap_err().code(), "invalid-argument");
+        assert_eq!(set.add(&warped(), [0, 0], layer, &options, &mut ()).unwrap_err().code(), "invalid-argument");
     }
     assert!(set == Composition::of(reference.view(), None, 1).unwrap());
 }

@@ -3,7 +3,7 @@
 
 mod pictures;
 
-use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Mosaic, Seam, blend};
+use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Layer, Mosaic, Seam, blend};
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, ImageView, Mask, Result, Stage};
 use pictures::{Watch, picture, pixels};
@@ -246,7 +246,7 @@ fn the_reference_shows_what_leans_though_the_target_covers_it() {
     let mosaic = compose(&warped, &other, &options).unwrap();
     // The same of a set of photos, whose labels are the target's and the reference's of two.
     let mut set = Composition::of(other.view(), None, 2).unwrap();
-    set.add(&warped, [0, 0], (1, None), &options, &mut ()).unwrap();
+    set.add(&warped, [0, 0], Layer { label: 1, gains: None }, &options, &mut ()).unwrap();
     for labels in [&mosaic.seam, &set.labels] {
         let shown = (0..CANVAS.0 * CANVAS.1).filter(|i| tower(i % CANVAS.0, i / CANVAS.0)).map(|i| labels.data()[i]);
         assert_eq!(shown.filter(|label| *label != 2).count(), 0, "the target shows of the tower");

@@ -35,6 +35,16 @@ pub struct Composition {
     reference: u8,
 }
 
+/// How a photo is added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// Its value in [`Composition::labels`], above 0.
+    pub label: u8,
+    /// What its red, green and blue are multiplied by in linear light, up to local differences; `None` to find that where it overlaps
+    /// what is there.
+    pub gains: Option<[f64; 3]>,
+}
+
 /// What became of a photo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Added {
@@ -42,7 +52,7 @@ pub struct Added {
     pub gains: [f64; 3],
     /// Pixels that both it and the mosaic before it covered.
     pub overlap: usize,
-    /// The smallest rectangle around it, from the reference's top left pixel.
+    /// The smallest rectangle around it: x and y of the top left pixel, width, height, in pixels from the reference's top left pixel.
     pub extent: [i64; 4],
 }
 
@@ -91,8 +101,8 @@ impl Composition {
         Ok(Self { image, labels, footprint, offset, depth, bands, reference: label })
     }
 
-    /// The part of the picture within `bounds`, in pixels of the view, with its inverse depth, and where its top left pixel is in
-    /// the view. One pixel at least.
+    /// The part of the picture from (x0, y0) to (x1, y1), end excluded, in pixels of the view: with its inverse depth, and where its top
+    /// left pixel is in the view. One pixel at least.
     ///
     /// # Errors
     /// `out-of-memory`.
@@ -125,8 +135,7 @@ impl Composition {
         (side(x, w, width), side(y, h, height))
     }
 
-    /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible. Its light is
-    /// multiplied by the `gains`, if they are known, up to local differences.
+    /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
     ///
     /// # Errors
     /// `invalid-argument` for options out of range, `size-mismatch` for a footprint, confidence or depth of another size than the
@@ -135,7 +144,7 @@ impl Composition {
         &mut self,
         warped: &Warped,
         at: [i64; 2],
-        (label, gains): (u8, Option<[f64; 3]>),
+        layer: Layer,
         options: &BlendOptions,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
@@ -168,8 +177,8 @@ impl Composition {
             labels: Some((&labels, self.reference)),
         };
         let options = BlendOptions { bands, ..options.clone() };
-        let gains = compose((&mut image, gains), &mut shown, &placed, &preference, &options, observer)?;
-        self.paste(&image, &shown, window, label);
+        let gains = compose((&mut image, layer.gains), &mut shown, &placed, &preference, &options, observer)?;
+        self.paste(&image, &shown, window, layer.label);
         self.paste_depth(warped, &shown, window, (left, top));
         self.add_footprint(warped, (left, top));
         report(observer, Stage::Blend, 1.0)?;
@@ -197,12 +206,14 @@ impl Composition {
             return Ok(());
         }
         let [left, top] = self.place(warped, at).map(|v| (-v).max(0) as usize);
-        let place = (left, top, width, height);
         let size = self.image.size();
-        self.image = Image::from_bytes(moved(self.image.data(), size, 4, (0, place))?, width, height);
-        self.labels = Mask::from_bytes(moved(self.labels.data(), size, 1, (0, place))?, width, height);
-        self.footprint = Mask::from_bytes(moved(self.footprint.data(), size, 1, (0, place))?, width, height);
-        let depth = moved(self.depth.data(), size, 1, (f32::NAN, place))?;
+        // Where what is there lies on the larger canvas.
+        let place = Rect { x: left, y: top, width: size.0, height: size.1 };
+        let larger = (width, height);
+        self.image = Image::from_bytes(moved(self.image.data(), 4, place, larger, 0)?, width, height);
+        self.labels = Mask::from_bytes(moved(self.labels.data(), 1, place, larger, 0)?, width, height);
+        self.footprint = Mask::from_bytes(moved(self.footprint.data(), 1, place, larger, 0)?, width, height);
+        let depth = moved(self.depth.data(), 1, place, larger, f32::NAN)?;
         self.depth = InverseDepth::from_values(depth, width, height);
         self.offset = (self.offset.0 + left, self.offset.1 + top);
         Ok(())
@@ -258,17 +269,12 @@ fn part<T: Copy>(data: &[T], width: usize, window: Rect) -> Result<Vec<T>> {
     Ok(out)
 }
 
-/// `data` of this size, so many numbers a pixel, on a larger canvas (left, top, width, height) of a value.
-fn moved<T: Copy>(
-    data: &[T],
-    size: (usize, usize),
-    count: usize,
-    (empty, (left, top, width, height)): (T, (usize, usize, usize, usize)),
-) -> Result<Vec<T>> {
+/// `data`, so many numbers a pixel, at `place` on a larger canvas (width, height) that is `empty` elsewhere.
+fn moved<T: Copy>(data: &[T], count: usize, place: Rect, (width, height): (usize, usize), empty: T) -> Result<Vec<T>> {
     let mut out = filled(count * width * height, empty)?;
-    let rows = out.chunks_exact_mut(count * width).skip(top).zip(data.chunks_exact(count * size.0));
+    let rows = out.chunks_exact_mut(count * width).skip(place.y).zip(data.chunks_exact(count * place.width));
     for (to, from) in rows {
-        to[count * left..count * (left + size.0)].copy_from_slice(from);
+        to[count * place.x..count * (place.x + place.width)].copy_from_slice(from);
     }
     Ok(out)
 }

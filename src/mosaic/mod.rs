@@ -20,7 +20,7 @@ mod seam;
 
 pub(crate) use alignment::{EDGE_NODES, node_side};
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-pub use composition::{Added, Composition};
+pub use composition::{Added, Composition, Layer};
 pub(crate) use exposure::gain_table;
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::FillGuide;

@@ -36,7 +36,7 @@ use super::align::void_distance;
 use super::options::Options;
 use super::timer::StageTimer;
 use crate::features::Features;
-use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, crop, fill};
+use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, Layer, crop, fill};
 use crate::observer::{Observer, Portion, Subject};
 use crate::report::Warning;
 use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
@@ -104,7 +104,7 @@ pub fn stitch_many_known(
         Exposure::Off => vec![None; photos.len()],
         _ => joint_gains(photos, &alignment)?,
     };
-    let label = |photo: usize| ((photo + 1) as u8, gains[photo]);
+    let layer = |photo: usize| Layer { label: (photo + 1) as u8, gains: gains[photo] };
     let mut painting = Painting {
         alignment: &alignment,
         photos,
@@ -121,7 +121,7 @@ pub fn stitch_many_known(
         let warped = painting.render(photo, &mut Portion::new(observer, from, to))?;
         timer.end(Stage::Warp, observer);
         clipped |= warped.as_ref().is_some_and(|(warped, _)| warped.clipped);
-        let added = painting.add(warped, photo, label(photo), &mut Portion::new(observer, from, to))?;
+        let added = painting.add(warped, photo, layer(photo), &mut Portion::new(observer, from, to))?;
         match added {
             Some(added) => (reports[photo].gains, reports[photo].extent) = (added.gains, Some(added.extent)),
             None => reports[photo].code = PhotoCode::NotVisible,
@@ -233,14 +233,14 @@ impl Painting<'_> {
         &mut self,
         warped: Option<(Warped, [i64; 2])>,
         photo: usize,
-        label: (u8, Option<[f64; 3]>),
+        layer: Layer,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
         let image = self.photos[photo].image;
         let Some(composition) = &mut self.composition else {
             let first = match warped {
-                Some((warped, _)) => Composition::of_warped(warped, image.size(), label.0)?,
-                None => Composition::of(image, self.alignment.depth(photo), label.0)?,
+                Some((warped, _)) => Composition::of_warped(warped, image.size(), layer.label)?,
+                None => Composition::of(image, self.alignment.depth(photo), layer.label)?,
             };
             let (left, top) = first.offset;
             let (width, height) = first.image.size();
@@ -250,6 +250,6 @@ impl Painting<'_> {
         };
         let Some((warped, at)) = warped else { return Ok(None) };
         self.budget.check(composition.size_with(&warped, at))?;
-        composition.add(&warped, at, label, &self.options.blend, observer)
+        composition.add(&warped, at, layer, &self.options.blend, observer)
     }
 }
