@@ -11,7 +11,7 @@ const CELLS: usize = 4;
 /// Directions in a cell.
 const BINS: usize = TURN as usize;
 /// Values in a descriptor.
-pub const LENGTH: usize = CELLS * CELLS * BINS;
+pub const DESCRIPTOR_LENGTH: usize = CELLS * CELLS * BINS;
 /// Side of a cell, in σ of the keypoint.
 const CELL: f32 = 3.0;
 /// Farthest pixel that takes part, in σ: the corner of the outer cells' neighbours.
@@ -30,7 +30,13 @@ type Corners = [f32x4; 256];
 const PLACES: usize = CELLS + 1;
 
 /// Describes the keypoint at (x, y) with this σ, in pixels of the plane, turned by `direction` in [`TURN`]-ths of a turn.
-pub(super) fn describe(plane: &Plane, [x, y]: [f32; 2], sigma: f32, direction: f32, root: bool) -> [u8; LENGTH] {
+pub(super) fn describe(
+    plane: &Plane,
+    [x, y]: [f32; 2],
+    sigma: f32,
+    direction: f32,
+    root: bool,
+) -> [u8; DESCRIPTOR_LENGTH] {
     let mut corners: Corners = [f32x4::splat(0.0); 256];
     accumulate(plane, [x, y], sigma, direction, &mut corners);
     quantise(&gather(&corners), root)
@@ -118,8 +124,8 @@ fn split(coordinate: f32x4) -> (i32x4, f32x4) {
 }
 
 /// What each cell got from the four places around its centre.
-fn gather(corners: &Corners) -> [f32; LENGTH] {
-    let mut cells = [0.0; LENGTH];
+fn gather(corners: &Corners) -> [f32; DESCRIPTOR_LENGTH] {
+    let mut cells = [0.0; DESCRIPTOR_LENGTH];
     for (index, value) in cells.iter_mut().enumerate() {
         let (row, column, bin) = (index / (CELLS * BINS), index / BINS % CELLS, index % BINS);
         let at = |down: usize, right: usize, lane: usize| {
@@ -132,7 +138,7 @@ fn gather(corners: &Corners) -> [f32; LENGTH] {
 
 /// The descriptor in bytes: the histograms or, if `root`, their square roots: R. Arandjelović and A. Zisserman, *Three things everyone should
 /// know to improve object retrieval*, CVPR 2012.
-fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
+fn quantise(cells: &[f32; DESCRIPTOR_LENGTH], root: bool) -> [u8; DESCRIPTOR_LENGTH] {
     let limit = CUT * norm(cells);
     let values = cells.map(|v| {
         let v = if v < limit { v } else { limit };
@@ -142,7 +148,7 @@ fn quantise(cells: &[f32; LENGTH], root: bool) -> [u8; LENGTH] {
     values.map(|v| (v * scale + 0.5) as u8)
 }
 
-fn norm(values: &[f32; LENGTH]) -> f32 {
+fn norm(values: &[f32; DESCRIPTOR_LENGTH]) -> f32 {
     let (vectors, _) = values.as_chunks::<4>();
     let sums = vectors.iter().map(|&v| f32x4::from(v)).fold(f32x4::splat(0.0), |sum, v| sum + v * v);
     sums.to_array().iter().sum::<f32>().sqrt()

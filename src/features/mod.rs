@@ -18,7 +18,7 @@ mod selection;
 mod tracking;
 mod walsh;
 
-pub use descriptor::LENGTH;
+pub use descriptor::DESCRIPTOR_LENGTH;
 pub use detect::detect;
 pub(crate) use detect::reduced;
 pub(crate) use guided::match_again;
@@ -58,7 +58,7 @@ pub struct Features {
     /// orientations, one keypoint each.
     pub keypoints: Vec<Keypoint>,
     /// The descriptor of each keypoint: 4×4 cells of 8 directions.
-    pub descriptors: Vec<[u8; LENGTH]>,
+    pub descriptors: Vec<[u8; DESCRIPTOR_LENGTH]>,
     /// Width and height of the photo.
     pub size: (usize, usize),
 }

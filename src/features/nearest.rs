@@ -3,7 +3,7 @@
 
 use wide::{CmpLt, i16x8, i32x4, u8x16};
 
-use super::LENGTH;
+use super::DESCRIPTOR_LENGTH;
 use super::walsh::{COUNT, coefficients};
 use crate::image::{defaults, reserve};
 use crate::observer::{Observer, report};
@@ -50,7 +50,7 @@ impl Nearest {
 }
 
 /// The squared distance of two descriptors.
-pub(super) fn squared_distance(a: &[u8; LENGTH], b: &[u8; LENGTH]) -> i32 {
+pub(super) fn squared_distance(a: &[u8; DESCRIPTOR_LENGTH], b: &[u8; DESCRIPTOR_LENGTH]) -> i32 {
     let mut sum = i32x4::splat(0);
     for (a, b) in a.as_chunks::<16>().0.iter().zip(b.as_chunks::<16>().0) {
         let (a, b) = (u8x16::new(*a), u8x16::new(*b));
@@ -92,7 +92,7 @@ impl Candidates {
     }
 
     /// The nearest two of them.
-    fn nearest(&self, own: &[u8; LENGTH], others: &[[u8; LENGTH]]) -> Nearest {
+    fn nearest(&self, own: &[u8; DESCRIPTOR_LENGTH], others: &[[u8; DESCRIPTOR_LENGTH]]) -> Nearest {
         let mut nearest = Nearest::default();
         for &index in &self.index {
             if let Some(other) = others.get(index as usize) {
@@ -125,7 +125,7 @@ struct Group {
 }
 
 impl Group {
-    fn of(descriptors: &[[u8; LENGTH]]) -> Self {
+    fn of(descriptors: &[[u8; DESCRIPTOR_LENGTH]]) -> Self {
         let (mut values, mut norms) = ([[0i16; 2 * LANES]; COUNT / 2], [FAR_APART; LANES]);
         for (lane, descriptor) in descriptors.iter().take(LANES).enumerate() {
             let coefficients = coefficients(descriptor);
@@ -172,12 +172,12 @@ impl Group {
 
 /// The descriptors of a photo.
 pub(super) struct Descriptors<'a> {
-    all: &'a [[u8; LENGTH]],
+    all: &'a [[u8; DESCRIPTOR_LENGTH]],
     groups: Vec<Group>,
 }
 
 impl<'a> Descriptors<'a> {
-    pub fn of(all: &'a [[u8; LENGTH]]) -> Result<Self> {
+    pub fn of(all: &'a [[u8; DESCRIPTOR_LENGTH]]) -> Result<Self> {
         let mut groups = Vec::new();
         reserve(&mut groups, all.len().div_ceil(LANES))?;
         groups.extend(all.chunks(LANES).map(Group::of));
@@ -190,7 +190,7 @@ impl<'a> Descriptors<'a> {
         let Some(group) = other.groups.get(index as usize / LANES) else { return false };
         let group = group.only(index as usize);
         // Both sides are at most 2³⁰.
-        let bound = i32x4::splat(limit.saturating_mul(LENGTH as i32).saturating_add(1).min(FAR_APART));
+        let bound = i32x4::splat(limit.saturating_mul(DESCRIPTOR_LENGTH as i32).saturating_add(1).min(FAR_APART));
         self.groups.iter().zip(self.all.chunks(LANES)).zip((0..).step_by(LANES)).any(|((others, four), first)| {
             let distances = group.distances_by_lane(others);
             distances.cmp_lt(bound).any()
@@ -218,7 +218,11 @@ pub(super) fn nearest(
     Ok([exact(&of_target, target.all, reference.all)?, exact(&of_reference, reference.all, target.all)?])
 }
 
-fn exact(candidates: &[Four], own: &[[u8; LENGTH]], others: &[[u8; LENGTH]]) -> Result<Vec<Nearest>> {
+fn exact(
+    candidates: &[Four],
+    own: &[[u8; DESCRIPTOR_LENGTH]],
+    others: &[[u8; DESCRIPTOR_LENGTH]],
+) -> Result<Vec<Nearest>> {
     let mut nearest = Vec::new();
     reserve(&mut nearest, own.len())?;
     let candidates = candidates.iter().flat_map(|four| &four.all);

@@ -6,7 +6,7 @@ use wasm_bindgen::{JsCast, JsValue};
 use super::convert::{get, invalid, size_from_js};
 use super::inputs::{check_length, floats, is_given};
 use crate::Result;
-use crate::features::{Features, Keypoint};
+use crate::features::{DESCRIPTOR_LENGTH, Features, Keypoint};
 use crate::geometry::Match;
 use crate::image::{reserve, zeroed};
 
@@ -19,11 +19,11 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
     else {
         return Err(invalid(name, "an object whose keypoints are a Float32Array and descriptors a Uint8Array", value));
     };
-    let count = descriptors.length() as usize / 128;
-    check_length(name, descriptors.length(), 128 * count)?;
+    let count = descriptors.length() as usize / DESCRIPTOR_LENGTH;
+    check_length(name, descriptors.length(), DESCRIPTOR_LENGTH * count)?;
     check_length(name, keypoints.length(), 5 * count)?;
     let numbers = floats(keypoints)?;
-    let mut descriptor_bytes: Vec<[u8; 128]> = zeroed(count)?;
+    let mut descriptor_bytes: Vec<[u8; DESCRIPTOR_LENGTH]> = zeroed(count)?;
     descriptors.copy_to(descriptor_bytes.as_flattened_mut());
     let keypoint = |&[x, y, scale, angle, response]: &[f32; 5]| Keypoint { x, y, scale, angle, response };
     Ok(Features {
