@@ -95,7 +95,7 @@ fn check(options: &DetectOptions) -> Result<()> {
 fn check_budget(size: (usize, usize), options: &DetectOptions) -> Result<()> {
     let (w, h) = (size.0 as u64, size.1 as u64);
     let (width, height) = if options.upsample { (2 * w, 2 * h) } else { (w, h) };
-    // The grey picture; the levels of all octaves with what the next one starts from; the rows in the pipeline.
+    // The gray picture; the levels of all octaves with what the next one starts from; the rows in the pipeline.
     let pixels = width.saturating_mul(height);
     let bytes = (4 * w).saturating_mul(h).saturating_add(pixels.saturating_mul(13)).saturating_add(width * 1600);
     if bytes > options.max_bytes {

@@ -20,7 +20,7 @@ const STEPS: usize = 5;
 /// Thresholds that an extremum must pass.
 #[derive(Clone, Copy)]
 pub(super) struct Limits {
-    /// Least contrast of the fitted extremum, in grey levels.
+    /// Least contrast of the fitted extremum, in gray levels.
     pub contrast: f32,
     /// Largest (r + 1)²/r of the principal curvatures' ratio r.
     pub edge: f32,
@@ -36,7 +36,7 @@ pub(super) struct Extremum {
     pub pixel: [u32; 2],
     /// Where it lies from there: x, y, level.
     pub offset: [f32; 3],
-    /// Contrast, in grey levels.
+    /// Contrast, in gray levels.
     pub response: f32,
 }
 

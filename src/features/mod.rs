@@ -112,7 +112,7 @@ impl Features {
 pub struct DetectOptions {
     /// Largest number of places. Some have two or more orientations, and give as many keypoints.
     pub max_keypoints: usize,
-    /// Least contrast, for grey levels 0 to 1 and summed over the three scales of an octave as in OpenCV.
+    /// Least contrast, for gray levels 0 to 1 and summed over the three scales of an octave as in OpenCV.
     pub contrast_threshold: f64,
     /// Largest ratio of the principal curvatures.
     pub edge_threshold: f64,

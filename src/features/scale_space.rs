@@ -29,7 +29,7 @@ pub(super) const LEAST_SIDE: usize = 16;
 /// Every how many pixels of the octave each level is stored, 1 or 2: the coarsest is smooth enough for every second one.
 const STEPS: [usize; SCALES] = [1, 1, 2];
 
-/// One level, or every `step`-th pixel of it, in rows of `stride` grey levels.
+/// One level, or every `step`-th pixel of it, in rows of `stride` gray levels.
 pub(super) struct Plane {
     pub step: usize,
     pub data: Vec<f32>,
@@ -272,7 +272,7 @@ fn subtract(a: &[Block], b: &[Block], out: &mut [Block]) {
 }
 
 impl Plane {
-    /// Central differences along x and y at four pixels from (x, y) on, in half grey levels. Not at the plane's border.
+    /// Central differences along x and y at four pixels from (x, y) on, in half gray levels. Not at the plane's border.
     #[inline(always)]
     pub fn gradient(&self, x: usize, y: usize) -> (f32x4, f32x4) {
         let at = y * self.stride + x;

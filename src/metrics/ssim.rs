@@ -18,7 +18,7 @@ const TAPS: usize = 2 * RADIUS + 1;
 const SIGMA: f64 = 1.5;
 const C1: f32 = (0.01 * 255.0) * (0.01 * 255.0);
 const C2: f32 = (0.03 * 255.0) * (0.03 * 255.0);
-/// Grey levels are taken relative to this: variances do not change, but their rounding errors shrink fourfold.
+/// Gray levels are taken relative to this: variances do not change, but their rounding errors shrink fourfold.
 const MIDDLE: f32 = 128.0;
 const CHANNELS: usize = 3;
 /// What is smoothed: of target t and reference r, t, r, t² + r² and t·r.

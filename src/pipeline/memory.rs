@@ -67,7 +67,7 @@ const SCALE_SPACE: u64 = 12;
 /// Rows of levels and of their differences that an octave is working on.
 const SCALE_SPACE_ROWS: u64 = 440;
 
-/// Refinement holds grey levels, shifts, marks and depth of both photos when it extrapolates the corrections of one by a
+/// Refinement holds gray levels, shifts, marks and depth of both photos when it extrapolates the corrections of one by a
 /// pyramid of 17 bytes per pixel; while costs are aggregated it has less of that, and bands of rows.
 const REFINE: u64 = 49;
 const AGGREGATE: u64 = 20;
@@ -246,7 +246,7 @@ impl<'a> Memory<'a> {
         if larger <= REFINE_FULL_SIZE && !two_view {
             return priors.saturating_add(search(larger, width));
         }
-        // All of both, and the corrections and grey levels of one.
+        // All of both, and the corrections and gray levels of one.
         let results = both.saturating_mul(MAP + MASK);
         let upsampling = results.saturating_add(larger.saturating_mul(MAP + 3 * MASK));
         let completion = results.saturating_add(larger.saturating_mul(COMPLETE)).saturating_add(MESH);

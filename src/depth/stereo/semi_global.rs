@@ -15,7 +15,7 @@ const AHEAD: usize = 16;
 /// Penalty for a change by one label (P1 in the reference). Tuned on the evaluation cases: 2 and 10 cost 6 % and 14 % more
 /// visible steps.
 const SMALL: u8 = 5;
-/// Penalty for any larger change (P2) where brightness is even; it falls to half over ten grey levels. Tuned on
+/// Penalty for any larger change (P2) where brightness is even; it falls to half over ten gray levels. Tuned on
 /// the evaluation cases: PSNR, coverage and visible steps are flat between 20 and 40.
 const LARGE: f32 = 20.0;
 

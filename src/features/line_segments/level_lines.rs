@@ -15,22 +15,22 @@ const MARGIN: f64 = 3.0;
 /// Bins of the pseudo-ordering by gradient.
 const BINS: usize = 1024;
 
-/// At every pixel the direction of the level line and how steep the grey levels are across it.
+/// At every pixel the direction of the level line and how steep the gray levels are across it.
 pub(super) struct LevelLines {
     pub width: usize,
     pub height: usize,
     /// Unit vectors, the gradient turned by a quarter; zero where the gradient is too weak to have a direction.
     pub directions: Vec<[f32; 2]>,
-    /// Magnitude of the gradient in grey levels per pixel; 0 where it is too weak.
+    /// Magnitude of the gradient in gray levels per pixel; 0 where it is too weak.
     pub magnitudes: Vec<f32>,
 }
 
 impl LevelLines {
     /// Of the reduced photo; gradients up to `weak` have no direction.
     pub fn new(image: ImageView<'_>, options: &LineSegmentOptions, weak: f64) -> Result<Self> {
-        let grey = luma(image, image.size())?;
-        let Luma { data, width, height } = reduce(&grey, options.scale, options.sigma_scale)?;
-        drop(grey);
+        let gray = luma(image, image.size())?;
+        let Luma { data, width, height } = reduce(&gray, options.scale, options.sigma_scale)?;
+        drop(gray);
         let (mut directions, mut magnitudes) = (zeroed::<[f32; 2]>(width * height)?, zeroed::<f32>(width * height)?);
         let (weak, half) = (f32x4::splat(weak as f32), f32x4::splat(0.5));
         for y in 1..height {
@@ -92,28 +92,28 @@ impl LevelLines {
 
 /// The picture at `scale` of its size, smoothed by a Gaussian of `sigma` pixels of the result, and [`LANES`] zeros. Sides are rounded
 /// up.
-fn reduce(grey: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
+fn reduce(gray: &Luma, scale: f64, sigma: f64) -> Result<Luma> {
     let reduced = |side: usize| ((side as f64 * scale).ceil() as usize).max(1);
-    let (width, height) = (reduced(grey.width), reduced(grey.height));
+    let (width, height) = (reduced(gray.width), reduced(gray.height));
     let sigma = sigma / scale;
     // Beyond, the Gaussian is below a thousandth.
     let radius = (3.717 * sigma).ceil() as usize;
-    let columns = Taps::all(width, grey.width, scale, sigma, radius)?;
-    let rows = Taps::all(height, grey.height, scale, sigma, radius)?;
+    let columns = Taps::all(width, gray.width, scale, sigma, radius)?;
+    let rows = Taps::all(height, gray.height, scale, sigma, radius)?;
     let mut data = Vec::new();
     reserve(&mut data, width * height + LANES)?;
     // One smoothed row, its end values repeated on either side.
-    let mut line: Vec<f32> = zeroed(grey.width + 2 * radius)?;
+    let mut line: Vec<f32> = zeroed(gray.width + 2 * radius)?;
     for row in &rows {
         line.fill(0.0);
-        let inner = &mut line[radius..radius + grey.width];
+        let inner = &mut line[radius..radius + gray.width];
         for (weight, y) in row.weights.iter().zip(row.first..) {
-            let y = y.saturating_sub(radius).min(grey.height - 1);
-            add_weighted(inner, &grey.data[y * grey.width..][..grey.width], *weight);
+            let y = y.saturating_sub(radius).min(gray.height - 1);
+            add_weighted(inner, &gray.data[y * gray.width..][..gray.width], *weight);
         }
-        let (left, right) = (inner[0], inner[grey.width - 1]);
+        let (left, right) = (inner[0], inner[gray.width - 1]);
         line[..radius].fill(left);
-        line[radius + grey.width..].fill(right);
+        line[radius + gray.width..].fill(right);
         data.extend(
             columns
                 .iter()

@@ -44,7 +44,7 @@ pub struct LineSegmentOptions {
     pub scale: f64,
     /// Deviation of the Gaussian before the reduction, in pixels of the reduced photo.
     pub sigma_scale: f64,
-    /// Bound of the error of a grey level. Weaker gradients, whose direction it could turn by the tolerance, are left out.
+    /// Bound of the error of a gray level. Weaker gradients, whose direction it could turn by the tolerance, are left out.
     pub quantization_error: f64,
     /// How far the directions within a region may differ from the region's, in degrees.
     pub angle_tolerance: f64,

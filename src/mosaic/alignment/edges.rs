@@ -94,8 +94,8 @@ fn edges(level: &Level, luma: &[f32], own: u8, length: f64) -> Result<Vec<Edge>>
     let mut pixels = Vec::new();
     reserve(&mut pixels, 4 * luma.len())?;
     pixels.extend(luma.iter().flat_map(|value| {
-        let grey = (value + 0.5) as u8;
-        [grey, grey, grey, if value.is_nan() { 0 } else { 255 }]
+        let gray = (value + 0.5) as u8;
+        [gray, gray, gray, if value.is_nan() { 0 } else { 255 }]
     }));
     let picture = Image::from_bytes(pixels, level.width, level.height);
     let options = LineSegmentOptions { min_length: SHORTEST * length, ..LineSegmentOptions::default() };

@@ -18,7 +18,7 @@ const REPORT_EVERY: usize = 4096;
 const SHARPNESS: f32 = 25.0;
 /// Taps handled together.
 const LANES: usize = 4;
-/// Differences of the tensor's eigenvalues, in squared grey levels, below which a direction is taken for noise.
+/// Differences of the tensor's eigenvalues, in squared gray levels, below which a direction is taken for noise.
 const NOISE: f32 = 25.0;
 
 /// The four neighbours and then the other four.
