@@ -84,5 +84,6 @@ pub fn landing_errors(found: &ManyAlignment, views: &Views) -> [f64; 2] {
             if others { seen.push(error) } else { alone.push(error) }
         }
     }
-    [seen, alone].map(median)
+    // Not a number where there are none, which is below no limit.
+    [seen, alone].map(|errors| if errors.is_empty() { f64::NAN } else { median(errors) })
 }
