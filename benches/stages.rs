@@ -7,8 +7,6 @@
 
 #[path = "../tests/cases/mod.rs"]
 mod cases;
-#[path = "../tests/scene/mod.rs"]
-mod scene;
 
 #[cfg(not(target_arch = "wasm32"))]
 fn main() {
@@ -34,7 +32,7 @@ mod native {
     use depthstitch::warp::{WarpMode, WarpOptions, warp};
 
     use super::cases;
-    use super::scene::{self, MatchOptions, Photos};
+    use scene::{MatchOptions, Photos};
 
     /// The size of the paper's photos.
     const SIZE: (usize, usize) = (1000, 662);

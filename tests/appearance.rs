@@ -4,8 +4,6 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
-mod scene;
-
 use depthstitch::features::LineSegment;
 use depthstitch::geometry::{Match, Model, homography};
 use depthstitch::inverse_depth::DepthKind;

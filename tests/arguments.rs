@@ -1,8 +1,6 @@
 //! Options out of range and buffers whose length does not fit: each is refused with its code.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::depth::derive_depth;
 use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;

@@ -1,8 +1,6 @@
 //! Maps that agree with matches and yet turn most of the target behind the reference's camera.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::{Match, Model};
 use depthstitch::pipeline::{Options, align, stitch};
 use depthstitch::{Image, View};

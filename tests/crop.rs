@@ -5,8 +5,6 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
-mod scene;
-
 use depthstitch::mosaic::crop::{bounds, inner};
 use depthstitch::{Image, Rect};
 use scene::Random;

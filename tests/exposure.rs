@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used)]
 
 mod pictures;
-mod scene;
 
 use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, Seam, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};

@@ -4,7 +4,6 @@
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod fingerprint;
-mod scene;
 mod speckle;
 
 use depthstitch::features::{DetectOptions, Features, Keypoint, MatchOptions, detect, match_features};

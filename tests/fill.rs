@@ -7,7 +7,6 @@ use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod fingerprint;
 mod pictures;
-mod scene;
 
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::{BlendOptions, FillGuide, FillMethod, FillOptions, blend, fill};

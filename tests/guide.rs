@@ -5,8 +5,6 @@
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
-mod scene;
-
 use depthstitch::geometry::Model;
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::mosaic::FillGuide;

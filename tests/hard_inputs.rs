@@ -1,8 +1,6 @@
 //! Inputs that cannot or can hardly be stitched: each comes out as the right error or with the right warning, none as a panic.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::{EstimateOptions, Match, Model, ModelKind};
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::pipeline::{Options, Stitched, stitch};

@@ -5,7 +5,6 @@
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
 mod fingerprint;
-mod scene;
 
 use depthstitch::features::{LineSegment, LineSegmentOptions, line_segments};
 use depthstitch::{Error, Image};

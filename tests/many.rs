@@ -1,8 +1,6 @@
 //! Many photos of rendered scenes, of which everything is known.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::{Camera, MultiViewKind};
 use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, Photo, PhotoCode, align_many, stitch_many};
 use depthstitch::warp::Projection;

@@ -1,8 +1,6 @@
 //! Stitching many photos: what is refused, what is reported, and stopping.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::Camera;
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{ManyOptions, Photo, align_many, stitch_many, stitch_many_known};

@@ -1,8 +1,6 @@
 //! Many photos by a lens that distorts, of rendered scenes of which everything is known.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::MultiViewKind;
 use depthstitch::pipeline::many::{ManyOptions, PhotoCode, StitchedMany, stitch_many};
 use depthstitch::warp::Projection;

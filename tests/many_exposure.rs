@@ -1,8 +1,6 @@
 //! Exposure of many photos: each is rendered, then taken as with another camera.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::mosaic::{BlendOptions, Composition, Layer};
 use depthstitch::pipeline::many::{ManyOptions, Photo, StitchedMany, stitch_many};
 use depthstitch::warp::Warped;

@@ -1,8 +1,6 @@
 //! Many photos of which cameras or depth are known.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::InverseDepth;
 use depthstitch::geometry::MultiViewKind;
 use depthstitch::pipeline::many::{ManyOptions, PhotoCode, align_many, stitch_many};

@@ -1,8 +1,6 @@
 //! Photos of one scene by several lenses, of which nothing is known, or of some.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::pipeline::many::{ManyAlignment, ManyOptions, align_many};
 use nalgebra::Vector3;
 use scene::{Pose, SIZE, Views, codes, landing_errors, photos};

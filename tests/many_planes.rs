@@ -1,8 +1,6 @@
 //! Rooms with white walls, on which neither features nor stereo find anything.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::pipeline::many::{ManyOptions, align_many};
 use scene::{SIZE, codes, landing_errors, with_cameras};
 #[cfg(target_arch = "wasm32")]

@@ -1,8 +1,6 @@
 //! A full turn of many photos, as people take it: by hand and with an ordinary lens.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::MultiViewKind;
 use depthstitch::pipeline::many::{ManyOptions, PhotoCode, StitchedMany, stitch_many};
 use depthstitch::warp::Projection;

@@ -1,8 +1,6 @@
 //! The whole way on a rendered scene, of which everything is known.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use std::borrow::Cow;
 use std::cell::Cell;
 

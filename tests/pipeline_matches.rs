@@ -1,8 +1,6 @@
 //! The whole way where matches are found, guided, tracked, or known in part.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::View;
 use depthstitch::features::{detect, track};
 use depthstitch::geometry::{Frame, Threshold, estimate};

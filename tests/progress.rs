@@ -1,8 +1,6 @@
 //! What a whole stitch reports on its way, and how it is stopped.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{ManyOptions, stitch_many};
 use depthstitch::pipeline::{Options, stitch};

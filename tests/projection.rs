@@ -1,8 +1,6 @@
 //! Two photos on a cylinder and on a sphere: every pixel is where its ray belongs.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::geometry::Match;
 use depthstitch::pipeline::{Options, Stitched, WithoutDepth, stitch};
 use depthstitch::warp::Projection;

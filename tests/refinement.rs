@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod fingerprint;
-mod scene;
 
 use depthstitch::View;
 use depthstitch::depth::{RefineOptions, Refined, refine};

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod fingerprint;
-mod scene;
 
 use depthstitch::geometry::Model;
 use fingerprint::fingerprint;

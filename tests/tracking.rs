@@ -1,8 +1,6 @@
 //! Points tracked over the overlap, against the truth of a rendered scene, and what they add to the geometry.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::features::track;
 use depthstitch::geometry::{Calibration, EstimateOptions, Frame, Match, Model, estimate};
 use depthstitch::pipeline::{Options, align};

@@ -1,8 +1,6 @@
 //! Pixels of photos that are not there: whatever is beneath them, and beside them.
 #![allow(clippy::unwrap_used)]
 
-mod scene;
-
 use depthstitch::features::{DetectOptions, detect};
 use depthstitch::mosaic::{FillOptions, Mosaic};
 use depthstitch::pipeline::many::{ManyOptions, Photo, stitch_many};

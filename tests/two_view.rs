@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod points;
-mod scene;
 
 use depthstitch::depth::{TwoView, two_view};
 use depthstitch::geometry::{EstimateOptions, Match, Model, ModelKind, Threshold};

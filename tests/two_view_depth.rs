@@ -1,8 +1,6 @@
 //! Inverse depth from two rendered photos alone, compared with the true maps.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod scene;
-
 use depthstitch::InverseDepth;
 use depthstitch::depth::{TwoView, derive_missing, two_view};
 use depthstitch::geometry::{EstimateOptions, Frame, Model, ModelKind};

@@ -8,12 +8,17 @@ fn mix(mut h: u32) -> u32 {
     h ^ (h >> 16)
 }
 
+/// What a coordinate is multiplied by, for x, y and z.
+const FACTORS: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
+
+fn to_unit(h: u32) -> f64 {
+    f64::from(h) * (1.0 / 4_294_967_296.0)
+}
+
 /// A number from 0 to 1 for a lattice point.
 pub fn hash(x: i32, y: i32, z: i32) -> f64 {
-    let h = (x as u32).wrapping_mul(0x9e37_79b1)
-        ^ (y as u32).wrapping_mul(0x85eb_ca77)
-        ^ (z as u32).wrapping_mul(0xc2b2_ae3d);
-    f64::from(mix(h)) * (1.0 / 4_294_967_296.0)
+    let [x, y, z] = [x, y, z].map(|v| v as u32);
+    to_unit(mix(x.wrapping_mul(FACTORS[0]) ^ y.wrapping_mul(FACTORS[1]) ^ z.wrapping_mul(FACTORS[2])))
 }
 
 /// `f64::floor` is a function call on processors without an instruction for it, and noise is most of the work.
@@ -24,12 +29,22 @@ fn floor(v: f64) -> i32 {
 
 /// Value noise from 0 to 1, smooth, about one bump per unit.
 pub fn noise(p: Vector3<f64>) -> f64 {
-    let (x, y, z) = (floor(p.x), floor(p.y), floor(p.z));
-    let f = (p - Vector3::new(x, y, z).map(f64::from)).map(|t| t * t * (3.0 - 2.0 * t));
+    let cell = [floor(p.x), floor(p.y), floor(p.z)];
+    let [fx, fy, fz] = [0, 1, 2].map(|i| {
+        let t = p[i] - f64::from(cell[i]);
+        t * t * (3.0 - 2.0 * t)
+    });
+    // [`hash`] of the eight corners, side by side so that they are vectorised.
+    let [x, y, z] = [0, 1, 2].map(|i| {
+        let first = (cell[i] as u32).wrapping_mul(FACTORS[i]);
+        [first, first.wrapping_add(FACTORS[i])]
+    });
+    let [a, b, c, d] = [y[0] ^ z[0], y[1] ^ z[0], y[0] ^ z[1], y[1] ^ z[1]];
+    let near = [a, b, c, d].map(|yz| to_unit(mix(x[0] ^ yz)));
+    let far = [a, b, c, d].map(|yz| to_unit(mix(x[1] ^ yz)));
     let lerp = |a: f64, b: f64, t: f64| a + (b - a) * t;
-    let row = |y: i32, z: i32| lerp(hash(x, y, z), hash(x + 1, y, z), f.x);
-    let layer = |z: i32| lerp(row(y, z), row(y + 1, z), f.y);
-    lerp(layer(z), layer(z + 1), f.z)
+    let rows: [f64; 4] = std::array::from_fn(|i| lerp(near[i], far[i], fx));
+    lerp(lerp(rows[0], rows[1], fy), lerp(rows[2], rows[3], fy), fz)
 }
 
 /// Several octaves of [`noise`], from 0 to 1, mean ½.

@@ -2,7 +2,6 @@
 
 use depthstitch::geometry::Match;
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::warp;
 use depthstitch::{Image, InverseDepth};
 
 use super::pair::{MatchOptions, Pair};

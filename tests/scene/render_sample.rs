@@ -2,9 +2,6 @@
 //! somebody who walks past and looks around.
 #![allow(clippy::expect_used)]
 
-#[path = "mod.rs"]
-mod scene;
-
 use std::error::Error;
 use std::path::Path;
 

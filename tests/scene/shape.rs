@@ -143,18 +143,12 @@ impl Shape {
 /// Where a ray enters and leaves a box, and through which axis' face it enters.
 pub fn slabs(ray: &Ray, min: V, max: V) -> Option<(f64, f64, usize)> {
     let (mut near, mut far, mut axis) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+    // Without branches, which nothing could foresee.
     for i in 0..3 {
-        if ray.direction[i] == 0.0 {
-            if ray.origin[i] < min[i] || ray.origin[i] > max[i] {
-                return None;
-            }
-            continue;
-        }
         let (a, b) = ((min[i] - ray.origin[i]) * ray.inverse[i], (max[i] - ray.origin[i]) * ray.inverse[i]);
         let (a, b) = if a < b { (a, b) } else { (b, a) };
-        if a > near {
-            (near, axis) = (a, i);
-        }
+        axis = if a > near { i } else { axis };
+        near = if a > near { a } else { near };
         far = if b < far { b } else { far };
     }
     (far >= 0.0 && near <= far).then_some((near, far, axis))

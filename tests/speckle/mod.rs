@@ -6,7 +6,7 @@ use depthstitch::features::{DetectOptions, Features, MatchOptions, detect, match
 use depthstitch::geometry::Match;
 use nalgebra::{Matrix3, Vector3};
 
-use super::scene::Random;
+use scene::Random;
 
 /// Blobs of every size, evaluated anywhere: what is drawn through a warp is exact.
 pub struct Speckle(pub Vec<[f64; 4]>);

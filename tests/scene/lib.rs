@@ -2,7 +2,7 @@
 //!
 //! World axes: x right, y down (up is −y), z forward; unit metre. The floor is y = 0. Everything is deterministic to
 //! the byte, natively and in wasm: no transcendental function but `libm`'s.
-#![allow(dead_code, unused_imports)] // each test uses its own part
+#![allow(clippy::unwrap_used)]
 
 mod camera;
 mod gallery;
