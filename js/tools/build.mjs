@@ -11,7 +11,18 @@ import {
 } from "node:fs";
 import { homedir } from "node:os";
 import { join } from "node:path";
-import { bin, cargoEnv, isMain, npmBin, output, root, run, simd, toolsDir } from "./shared.mjs";
+import {
+  bin,
+  cargoEnv,
+  isMain,
+  npmBin,
+  output,
+  root,
+  run,
+  runAsync,
+  simd,
+  toolsDir,
+} from "./shared.mjs";
 
 const dist = join(root, "dist");
 const wasmDir = join(dist, "wasm");
@@ -114,17 +125,17 @@ export function setup() {
   const version = bindgenVersion();
   const tool = bin("wasm-bindgen");
   if (existsSync(tool) && output(tool, ["--version"]).trim() === `wasm-bindgen ${version}`) return;
+  const what = ["wasm-bindgen-cli", "--version", version];
   // Not --locked, as its lock file pins crates that do not build on all platforms.
-  run("cargo", [
-    "install",
-    "wasm-bindgen-cli",
-    "--version",
-    version,
-    "--root",
-    toolsDir,
-    "--force",
-  ]);
+  run("cargo", ["install", ...what, "--root", toolsDir, "--force"], { env: toolEnv });
 }
+
+/** A tool that runs for a second is not worth minutes of optimising. */
+const toolEnv = {
+  CARGO_PROFILE_RELEASE_OPT_LEVEL: "0",
+  CARGO_PROFILE_RELEASE_LTO: "off",
+  CARGO_PROFILE_RELEASE_CODEGEN_UNITS: "16",
+};
 
 /**
  * Calls `make` unless `outputs` exist and were made from the same inputs.
@@ -132,9 +143,9 @@ export function setup() {
  * @param {string} name
  * @param {(string | Buffer)[]} inputs
  * @param {string[]} outputs
- * @param {() => void} make
+ * @param {() => Promise<void>} make
  */
-function unlessFresh(name, inputs, outputs, make) {
+async function unlessFresh(name, inputs, outputs, make) {
   const hash = createHash("sha256");
   for (const input of inputs) hash.update(input).update("\0");
   const digest = hash.digest("hex");
@@ -143,40 +154,50 @@ function unlessFresh(name, inputs, outputs, make) {
     if (readFileSync(stamp, "utf8") === digest) return;
   }
   rmSync(stamp, { force: true });
-  make();
+  await make();
   mkdirSync(join(stamp, ".."), { recursive: true });
   writeFileSync(stamp, digest);
 }
 
-/** @param {WasmModule} module */
-function buildWasm({ name, folder, feature, opt }) {
+/** What cargo makes of a module; it takes the place of the one before. @param {WasmModule} module */
+async function compile({ name, feature }) {
   const target = "wasm32-unknown-unknown";
   const what = ["--profile", "wasm", "--lib", "--target", target, "--features", feature];
-  run("cargo", ["build", ...what], { env: wasmEnv });
-  const built = join(root, "target", target, "wasm", "depthstitch.wasm");
+  await runAsync("cargo", ["build", ...what], { env: wasmEnv });
+  const compiled = join(root, "target", `${name}.compiled.wasm`);
+  cpSync(join(root, "target", target, "wasm", "depthstitch.wasm"), compiled);
+  return compiled;
+}
+
+/** Adds the JavaScript bindings and makes the module small. @param {WasmModule} module @param {string} compiled */
+async function finish({ name, folder, opt }, compiled) {
   const final = join(folder, `${name}_bg.wasm`);
   const outputs = [final, join(folder, `${name}.js`), join(folder, `${name}.d.ts`)];
-  const inputs = [readFileSync(built), bindgenVersion(), readFileSync(new URL(import.meta.url))];
-  unlessFresh(`${name}.sha256`, inputs, outputs, () => {
-    run(bin("wasm-bindgen"), [built, "--out-dir", folder, "--out-name", name, ...flags]);
+  const inputs = [readFileSync(compiled), bindgenVersion(), readFileSync(new URL(import.meta.url))];
+  await unlessFresh(`${name}.sha256`, inputs, outputs, async () => {
+    run(bin("wasm-bindgen"), [compiled, "--out-dir", folder, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);
     const text = join(root, "target", `${name}.wat`);
     cpSync(final, raw);
+    const wasmOpt = npmBin("binaryen", "wasm-opt");
     /** @param {string} from @param {string} to @param {string[]} options */
-    const wasmOpt = (from, to, options) =>
-      run(process.execPath, [
-        npmBin("binaryen", "wasm-opt"),
-        from,
-        "-o",
-        to,
-        ...options,
-        ...wasmFeatures,
-      ]);
+    const optimise = (from, to, options) =>
+      runAsync(process.execPath, [wasmOpt, from, "-o", to, ...options, ...wasmFeatures]);
     // Names are needed to shorten imports, and stripped afterwards. The second time it still finds something.
-    wasmOpt(raw, text, [...opt, "--debuginfo", "--emit-text"]);
+    await optimise(raw, text, [...opt, "--debuginfo", "--emit-text"]);
     shortenImports(text, join(folder, `${name}.js`));
-    wasmOpt(text, final, [...opt, "--strip-debug"]);
+    await optimise(text, final, [...opt, "--strip-debug"]);
   });
+}
+
+/** All modules: one is finished while the next is compiled, as either keeps one core busy. */
+async function buildModules() {
+  let finishing = async () => {};
+  for (const module of modules) {
+    const [compiled] = await Promise.all([compile(module), finishing()]);
+    finishing = () => finish(module, compiled);
+  }
+  await finishing();
 }
 
 /**
@@ -236,11 +257,11 @@ function downlevelTypes() {
   }
 }
 
-export function build() {
+export async function build() {
   setup();
-  for (const module of modules) buildWasm(module);
+  await buildModules();
   buildTypeScript();
   downlevelTypes();
 }
 
-if (isMain(import.meta.url)) build();
+if (isMain(import.meta.url)) await build();

@@ -74,6 +74,6 @@ function write(files) {
 
 if (isMain(import.meta.url)) {
   write(await optionFiles());
-  build();
+  await build();
   write(await documents());
 }

@@ -19,7 +19,7 @@ const work = join(root, "target", "pictures");
 const out = join(root, "www", "pictures");
 
 export async function makePictures() {
-  build();
+  await build();
   renderSample();
   mkdirSync(work, { recursive: true });
   mkdirSync(out, { recursive: true });

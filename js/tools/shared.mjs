@@ -1,5 +1,5 @@
 // Functions of the build scripts. They use modules of Node only, as they run before `npm ci`.
-import { spawnSync } from "node:child_process";
+import { spawn, spawnSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -60,14 +60,42 @@ export const exampleRun = (name, args) => [
  * @param {string[]} args
  * @param {{ env?: Record<string, string> }} [options]
  */
-export function run(command, args, { env = {} } = {}) {
-  console.log(`$ ${[command, ...args].join(" ").replaceAll(root, ".")}`);
-  const { status, signal, error } = spawnSync(command, args, {
-    cwd: root,
-    env: { ...process.env, ...env },
-    stdio: ["ignore", "inherit", "inherit"],
-  });
+export function run(command, args, options) {
+  const { status, signal, error } = spawnSync(command, args, shown(command, args, options));
   if (error) throw error;
+  check(command, status, signal);
+}
+
+/** As `run`, while others run. @type {(...args: Parameters<typeof run>) => Promise<void>} */
+export function runAsync(command, args, options) {
+  return new Promise((resolve, reject) => {
+    const child = spawn(command, args, shown(command, args, options));
+    child.on("error", reject);
+    child.on("close", (status, signal) => {
+      try {
+        resolve(check(command, status, signal));
+      } catch (error) {
+        reject(error);
+      }
+    });
+  });
+}
+
+/**
+ * Prints a command; the options to run it with its output shown.
+ *
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: Record<string, string> }} [options]
+ * @returns {import("node:child_process").SpawnOptions}
+ */
+function shown(command, args, { env = {} } = {}) {
+  console.log(`$ ${[command, ...args].join(" ").replaceAll(root, ".")}`);
+  return { cwd: root, env: { ...process.env, ...env }, stdio: ["ignore", "inherit", "inherit"] };
+}
+
+/** @param {string} command @param {number | null} status @param {NodeJS.Signals | null} signal */
+function check(command, status, signal) {
   if (status !== 0) throw new Error(`${command} ended with ${signal ?? `status ${status}`}`);
 }
 

@@ -9,7 +9,7 @@ import { isMain, npmBin, root, run } from "./shared.mjs";
 /** Builds everything; the site's folder. */
 export async function buildSite() {
   const site = join(root, "target", "site");
-  build();
+  await build();
   renderSample();
   rmSync(site, { recursive: true, force: true });
   run(process.execPath, [npmBin("vite", "vite"), "build", "www", "--outDir", site]);

@@ -6,7 +6,7 @@ import { renderSample } from "./sample.mjs";
 import { installPackages, root } from "./shared.mjs";
 
 installPackages();
-build();
+await build();
 renderSample();
 
 const { createServer } = await import("vite");

@@ -7,7 +7,7 @@ import { renderSample } from "./sample.mjs";
 import { cargoEnv, installPackages, root, run, testFeatures } from "./shared.mjs";
 import { wasmTests } from "./wasm-tests.mjs";
 
-/** @type {Record<string, { needs: (() => void)[], tests: (() => void | Promise<void>)[] }>} preparations and tests */
+/** @type {Record<string, { needs: (() => void | Promise<void>)[], tests: (() => void | Promise<void>)[] }>} preparations and tests */
 const groups = {
   rust: {
     needs: [setup],
@@ -64,7 +64,7 @@ for (const [name, { needs, tests }] of Object.entries(groups)) {
   const start = Date.now();
   try {
     for (const need of needs.filter((need) => !done.has(need))) {
-      need();
+      await need();
       done.add(need);
     }
     for (const test of tests) await test();

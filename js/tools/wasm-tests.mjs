@@ -9,10 +9,10 @@ const TARGET = ["--target", "wasm32-unknown-unknown"];
 /** Builds the programs and runs them, one on each core. Throws at the end if any failed. @param {string[]} args */
 export async function wasmTests(args) {
   const build = ["test", ...args, ...TARGET, "--no-run"];
-  run("cargo", build, { env: cargoEnv });
-  const programs = output("cargo", [...build, "--quiet", "--message-format=json"], {
-    env: cargoEnv,
-  })
+  // Nothing reads what debuggers do, and most of a program would be that.
+  const env = { ...cargoEnv, CARGO_PROFILE_DEV_DEBUG: "none" };
+  run("cargo", build, { env });
+  const programs = output("cargo", [...build, "--quiet", "--message-format=json"], { env })
     .split("\n")
     .filter((line) => line.startsWith("{"))
     .map((line) => JSON.parse(line))
