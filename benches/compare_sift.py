@@ -38,7 +38,7 @@ class Case:
         with open(os.path.join(folder, "case.json")) as file:
             self.json = json.load(file)
         self.files = [os.path.join(folder, self.json[side]) for side in ("target", "reference")]
-        self.grey = [cv2.cvtColor(cv2.imread(file), cv2.COLOR_BGR2GRAY) for file in self.files]
+        self.gray = [cv2.cvtColor(cv2.imread(file), cv2.COLOR_BGR2GRAY) for file in self.files]
         # A tracked sensor's pose is several pixels off: that truth cannot tell right from wrong.
         measured = self.json["name"].startswith("kinect")
         self.truth = None if measured else self.json.get("truth") or self.json.get("truth_map")
@@ -57,7 +57,7 @@ class Case:
 def opencv(case, ratio):
     sift, matcher = cv2.SIFT_create(), cv2.BFMatcher(cv2.NORM_L2)
     start = time.process_time()
-    (kt, dt), (kr, dr) = (sift.detectAndCompute(grey, None) for grey in case.grey)
+    (kt, dt), (kr, dr) = (sift.detectAndCompute(gray, None) for gray in case.gray)
     detected = time.process_time()
     back = [m.trainIdx for m in matcher.match(dr, dt)]
     pairs = [

@@ -82,7 +82,7 @@ fn the_seam_is_where_labels_meet() {
     assert_eq!((none.on_border, none.length), (None, 0.0));
 }
 
-/// A mosaic of noise of this amplitude on grey, the right half brighter by `step` in the rows up to `rows`.
+/// A mosaic of noise of this amplitude on gray, the right half brighter by `step` in the rows up to `rows`.
 fn stepped(noise: f64, step: f64, rows: usize) -> Image {
     let mut random = Random::new(8);
     let noise: Vec<f64> = (0..CANVAS.0 * CANVAS.1).map(|_| noise * (random.uniform() - 0.5)).collect();
@@ -98,7 +98,7 @@ fn steps_are_seen_that_stand_out() {
     let seam = mask(|x, _| if x < 180 { 1 } else { 2 });
     let share = |image: &Image| visible_steps(image.view(), &seam).unwrap().seam.unwrap();
     assert_eq!(share(&stepped(0.0, 0.0, 400)), 0.0);
-    // 12 levels of grey are some 12 in 2.55·L*.
+    // 12 levels of gray are some 12 in 2.55·L*.
     assert_eq!(share(&stepped(0.0, 12.0, 400)), 1.0);
     assert_eq!(share(&stepped(0.0, 12.0, 100)), 0.25);
     // Less than what is seen, and a step that texture hides.

@@ -13,14 +13,14 @@ use scene::Random;
 
 type Point = [f64; 2];
 
-/// A picture of the grey levels of a function of the place, each pixel the mean over its area.
-fn draw(width: usize, height: usize, grey: impl Fn(Point) -> f64) -> Image {
+/// A picture of the gray levels of a function of the place, each pixel the mean over its area.
+fn draw(width: usize, height: usize, gray: impl Fn(Point) -> f64) -> Image {
     const SAMPLES: usize = 8;
     let mut image = Image::transparent(width, height).unwrap();
     for (i, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
         let offset = |k: usize| (k as f64 + 0.5) / SAMPLES as f64 - 0.5;
         let sample =
-            |k: usize| grey([(i % width) as f64 + offset(k % SAMPLES), (i / width) as f64 + offset(k / SAMPLES)]);
+            |k: usize| gray([(i % width) as f64 + offset(k % SAMPLES), (i / width) as f64 + offset(k / SAMPLES)]);
         let mean = (0..SAMPLES * SAMPLES).map(sample).sum::<f64>() / (SAMPLES * SAMPLES) as f64;
         let value = mean.round().clamp(0.0, 255.0) as u8;
         pixel.copy_from_slice(&[value, value, value, 255]);

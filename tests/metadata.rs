@@ -199,7 +199,7 @@ fn colours_are_converted() {
     let mut image = Image::new([[255, 255, 255, 9], [128, 128, 128, 0], [200, 60, 40, 255]].concat(), 3, 1).unwrap();
     let before = image.clone();
     convert_colours(&mut image, None, Some(&p3)).unwrap();
-    // Greys and alpha stay; a red of sRGB is less of a red in the larger space (CSS Color 4's matrices: 187.7, 71.5, 50.4).
+    // Grays and alpha stay; a red of sRGB is less of a red in the larger space (CSS Color 4's matrices: 187.7, 71.5, 50.4).
     assert_eq!(image.pixels()[..2], before.pixels()[..2]);
     let [r, g, b, a] = image.pixels()[2];
     assert!(r.abs_diff(187) <= 2 && g.abs_diff(71) <= 2 && b.abs_diff(50) <= 3 && a == 255, "{r} {g} {b}");

@@ -25,17 +25,17 @@ fn sky(x: usize, y: usize, cable: Option<f64>, bright: bool) -> f64 {
     if bright { 255.0 - level } else { level }
 }
 
-fn grey(level: f64) -> [u8; 4] {
+fn gray(level: f64) -> [u8; 4] {
     let level = level as u8;
     [level, level, level, 255]
 }
 
 fn composed(lower: f64, bright: bool, seam: Seam) -> Mosaic {
-    let target = |x: usize, y: usize| if x < RIGHT { grey(sky(x, y, Some(lower), bright)) } else { [0; 4] };
+    let target = |x: usize, y: usize| if x < RIGHT { gray(sky(x, y, Some(lower), bright)) } else { [0; 4] };
     let image = picture(CANVAS.0, CANVAS.1, target);
     let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), CANVAS.0, CANVAS.1).unwrap();
     let warped = Warped { image, footprint, confidence: None, depth: None, offset: (LEFT, 0), clipped: false };
-    let reference = picture(CANVAS.0 - LEFT, CANVAS.1, |x, y| grey(sky(x + LEFT, y, Some(0.0), bright)));
+    let reference = picture(CANVAS.0 - LEFT, CANVAS.1, |x, y| gray(sky(x + LEFT, y, Some(0.0), bright)));
     let options =
         BlendOptions { exposure: Exposure::Off, seam, blending: Blending::Feather, feather: 0, ..Default::default() };
     blend(&warped, reference.view(), None, &options, &mut ()).unwrap()

@@ -64,8 +64,8 @@ fn nothing_is_tracked_without_texture_or_depth() {
     let scene = scene::gallery();
     let pair = scene.render(SIZE.0, SIZE.1);
     let photos = Photos::of(&pair, &POOR);
-    let grey = Image::new(vec![128; 4 * SIZE.0 * SIZE.1], SIZE.0, SIZE.1).unwrap();
-    let flat = Photos { target: grey.clone(), reference: grey, ..photos.clone() };
+    let gray = Image::new(vec![128; 4 * SIZE.0 * SIZE.1], SIZE.0, SIZE.1).unwrap();
+    let flat = Photos { target: gray.clone(), reference: gray, ..photos.clone() };
     assert_eq!(tracked(&flat, &pair.reverse), []);
     let unknown = InverseDepth::constant(f32::NAN, SIZE.0, SIZE.1).unwrap();
     assert_eq!(tracked(&Photos { reference_depth: Some(unknown), ..photos.clone() }, &pair.reverse), []);

@@ -283,7 +283,7 @@ fn a_photo_of_one_pixel_draws_nothing_and_does_not_panic() {
 fn pixels_that_project_far_outside_the_target_do_not_count() {
     // Half of the reference projects 2²⁶ rows down: 64·2²⁶ pixels, where an index of 32 bits would be back at the start.
     let (w, h) = (64, 48);
-    let grey = |top: u8, bottom: u8| {
+    let gray = |top: u8, bottom: u8| {
         let mut image = Image::transparent(w, h).unwrap();
         let (above, below) = image.data_mut().split_at_mut(4 * w * h / 2);
         above.as_chunks_mut().0.fill([top, top, top, 255]);
@@ -292,12 +292,12 @@ fn pixels_that_project_far_outside_the_target_do_not_count() {
     };
     let raw: Vec<f32> = (0..w * h).map(|i| if i < w * h / 2 { 0.0 } else { 1.0 }).collect();
     let depth = InverseDepth::new("depth", &raw, (w, h), DepthKind::Inverse, None, (w, h)).unwrap();
-    let (target, forward) = (grey(100, 100), shift(1.0, 0.0));
+    let (target, forward) = (gray(100, 100), shift(1.0, 0.0));
     let reverse = Model { h: Matrix3::identity(), e: Vector3::new(0.0, (1 << 26) as f64, 0.0) };
     let options = WarpOptions { mode: WarpMode::Optimal, ..Default::default() };
-    // One pixel beside, of another grey: a void, unless the photos differ all over.
+    // One pixel beside, of another gray: a void, unless the photos differ all over.
     for bottom in [100, 255] {
-        let image = grey(120, bottom);
+        let image = gray(120, bottom);
         let reference = View { image: image.view(), depth: Some(&depth) };
         let warped = warp(flat(&target), reference, &forward, &reverse, &options, &mut ()).unwrap();
         let shown = (0..w).filter(|&x| warped.image.view().pixel(x, 10)[3] != 0).count();

@@ -23,7 +23,7 @@ interface Picture {
 export interface Comparison {
   /** PSNR in dB over valid pixels. */
   readonly psnr: number;
-  /** SSIM of grey levels in uniform windows of 7×7 pixels, over the windows that are wholly valid. */
+  /** SSIM of gray levels in uniform windows of 7×7 pixels, over the windows that are wholly valid. */
   readonly ssim: number;
   /** By how many pixels it is displaced, by dense optical flow where there is texture. */
   readonly shift: ErrorSummary;

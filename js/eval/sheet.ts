@@ -113,7 +113,7 @@ function figures(row: Row): string[] {
   });
 }
 
-/** The picture in at most this size, transparent parts grey. */
+/** The picture in at most this size, transparent parts gray. */
 function shrunk(picture: ImageInput, most: Size = CELL): ImageInput {
   const opaque = { ...picture, data: Uint8ClampedArray.from(picture.data) };
   for (let i = 0; i < opaque.data.length; i += 4) {

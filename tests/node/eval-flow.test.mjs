@@ -8,7 +8,7 @@ import { median, percentile } from "../../dist/eval/statistics.js";
 const WIDTH = 240;
 const HEIGHT = 180;
 
-/** Grey levels with detail of every size. @param {number} x @param {number} y */
+/** Gray levels with detail of every size. @param {number} x @param {number} y */
 function texture(x, y) {
   let value = 128;
   for (const [period, height, turn] of [

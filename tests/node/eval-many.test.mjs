@@ -188,9 +188,9 @@ test("steps show along every seam, whichever photos meet there", async () => {
   const columns = (/** @type {number[]} */ values) =>
     new Uint8Array(width * height).map((_, i) => values[Math.floor((i % width) / 40)] ?? 0);
   const labels = { data: columns([4, 9, 2]), width, height };
-  /** @param {number[]} grey */
-  const steps = async (grey) => {
-    const levels = columns(grey);
+  /** @param {number[]} gray */
+  const steps = async (gray) => {
+    const levels = columns(gray);
     const data = new Uint8ClampedArray(4 * width * height).map((_, i) =>
       i % 4 === 3 ? 255 : (levels[i >> 2] ?? 0),
     );

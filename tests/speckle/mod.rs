@@ -46,8 +46,8 @@ impl Speckle {
                     value += if square < 8.0 { height * libm::exp(-square) } else { 0.0 };
                 }
             }
-            let grey = (128.0 + value / 9.0).round().clamp(0.0, 255.0) as u8;
-            pixel.copy_from_slice(&[grey, grey, grey, 255]);
+            let gray = (128.0 + value / 9.0).round().clamp(0.0, 255.0) as u8;
+            pixel.copy_from_slice(&[gray, gray, gray, 255]);
         }
         image
     }
