@@ -162,5 +162,10 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
     ] {
         assert_eq!(set.add(&warped(), [0, 0], layer, &options, &mut ()).unwrap_err().code(), "invalid-argument");
     }
+    let none = Layer { label: 0, ..layer };
+    assert_eq!(set.add(&warped(), [0, 0], none, &options, &mut ()).unwrap_err().code(), "invalid-argument");
+    for far in [i64::MIN, i64::MAX] {
+        assert_eq!(set.add(&warped(), [far, far], layer, &options, &mut ()).unwrap_err().code(), "out-of-memory");
+    }
     assert!(set == Composition::of(reference.view(), None, 1).unwrap());
 }

@@ -17,7 +17,7 @@ fn angle(r: &Matrix3<f64>) -> f64 {
 
 /// The largest errors of all pairs: of the rotation and of the direction of the translation, in degrees.
 fn camera_errors(found: &ManyAlignment, views: &Views) -> [f64; 2] {
-    let cameras: Vec<Camera> = (0..views.0.len()).filter_map(|photo| found.report(photo).camera).collect();
+    let cameras: Vec<Camera> = found.reports().iter().filter_map(|report| report.camera).collect();
     assert_eq!(cameras.len(), views.0.len());
     let mut worst = [0.0f64; 2];
     for (a, from) in cameras.iter().enumerate() {
@@ -41,7 +41,7 @@ fn strip_of_four_photos_is_one_picture() {
     assert_eq!(codes(&found), ["used"; 4]);
     let [rotation, translation] = camera_errors(&found, &views);
     assert!(rotation < 0.6 && translation < 3.0, "{rotation}° of rotation, {translation}° of translation");
-    let (focal, truth) = (found.report(0).focal.unwrap(), views.0[0].camera.k[(0, 0)]);
+    let (focal, truth) = (found.reports()[0].focal.unwrap(), views.0[0].camera.k[(0, 0)]);
     assert!((focal / truth - 1.0).abs() < 0.03, "{focal} instead of {truth}");
     let [seen, alone] = landing_errors(&found, &views);
     assert!(seen < 1.5 && alone < 4.0, "{seen} px where two photos see, {alone} px elsewhere");

@@ -23,7 +23,9 @@ fn cameras_are_checked() {
     };
     assert_eq!(name(refused(&[known, photo])), "camera");
     assert_eq!(name(refused(&[known, Photo { focal: None, ..known }])), "focalLength");
-    for rotation in [Matrix3::identity() * 1.1, -Matrix3::identity(), Matrix3::from_element(f64::NAN)] {
+    let mut one_nan = Matrix3::identity();
+    one_nan[(0, 0)] = f64::NAN;
+    for rotation in [Matrix3::identity() * 1.1, -Matrix3::identity(), Matrix3::from_element(f64::NAN), one_nan] {
         assert_eq!(name(refused(&[known, Photo { camera: Some(Camera { rotation, ..own }), ..known }])), "rotation");
     }
     let translation = Vector3::new(0.0, f64::INFINITY, 0.0);

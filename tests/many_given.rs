@@ -20,8 +20,8 @@ fn known_cameras_and_depth_stay_as_they_are() {
     let found = align_many(&photos, &options, &mut ()).unwrap();
     assert_eq!(codes(&found), ["used"; 3]);
     for (photo, view) in views.0.iter().enumerate() {
-        assert_eq!(found.report(photo).camera, Some(camera(view)));
-        assert!((found.report(photo).focal.unwrap() / view.camera.k[(0, 0)] - 1.0).abs() < 1e-12);
+        assert_eq!(found.reports()[photo].camera, Some(camera(view)));
+        assert!((found.reports()[photo].focal.unwrap() / view.camera.k[(0, 0)] - 1.0).abs() < 1e-12);
     }
     let [seen, alone] = landing_errors(&found, &views);
     assert!(seen < 1e-3 && alone < 1e-3, "{seen} px where two photos see, {alone} px elsewhere");
@@ -46,7 +46,7 @@ fn cameras_alone_make_depth_and_depth_alone_is_brought_to_the_cameras_found() {
     let views = gallery_from(&[[-0.45, 0.1, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05]]);
     let options = ManyOptions::default();
     let found = align_many(&with_cameras(&views, &[]), &options, &mut ()).unwrap();
-    assert_eq!(found.report(1).camera, Some(camera(&views.0[1])));
+    assert_eq!(found.reports()[1].camera, Some(camera(&views.0[1])));
     let [seen, alone] = landing_errors(&found, &views);
     assert!(seen < 1.5 && alone < 4.0, "cameras: {seen} px where two photos see, {alone} px elsewhere");
 

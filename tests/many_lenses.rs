@@ -24,7 +24,7 @@ fn zoomed<const N: usize>(places: [[f64; 3]; N], zooms: [f64; N]) -> Views {
 
 /// The largest error of the focal lengths, as a share of them.
 fn focal_error(found: &ManyAlignment, views: &Views) -> f64 {
-    let ratio = |(photo, view): (usize, &scene::View)| found.report(photo).focal.unwrap() / view.camera.k[(0, 0)];
+    let ratio = |(photo, view): (usize, &scene::View)| found.reports()[photo].focal.unwrap() / view.camera.k[(0, 0)];
     views.0.iter().enumerate().map(|photo| (ratio(photo) - 1.0).abs()).fold(0.0, f64::max)
 }
 
@@ -60,7 +60,7 @@ fn one_focal_length_of_several_is_unknown() {
     }
     let found = align_many(&photos, &ManyOptions::default(), &mut ()).unwrap();
     assert_eq!(codes(&found), ["used"; 5]);
-    let focal = |photo: usize| found.report(photo).focal.unwrap();
+    let focal = |photo: usize| found.reports()[photo].focal.unwrap();
     assert!((focal(4) / focal(0) - 1.2).abs() < 1e-9);
     let error = focal_error(&found, &views);
     assert!(error < 0.03, "focal lengths are {error} off");
@@ -72,6 +72,6 @@ fn photos_by_one_lens_have_one_focal_length() {
     let views = zoomed([[-0.3, 0.0, 0.0], [0.0, 1.2, 0.0], [0.3, 0.3, 0.0]], [1.0; 3]);
     let found = align_many(&photos(&views), &ManyOptions::default(), &mut ()).unwrap();
     assert_eq!(codes(&found), ["used"; 3]);
-    let [first, second, third] = [0, 1, 2].map(|photo| found.report(photo).focal.unwrap());
+    let [first, second, third] = [0, 1, 2].map(|photo| found.reports()[photo].focal.unwrap());
     assert!(first == second && second == third, "{first}, {second}, {third}");
 }

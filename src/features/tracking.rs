@@ -136,8 +136,8 @@ pub(crate) fn align_patch(
 }
 
 /// Bilinear value; `None` outside the image.
-fn bilinear(Luma { data, width, .. }: &Luma, x: f32, y: f32) -> Option<f32> {
-    if !(x >= 0.0 && y >= 0.0 && x < (width - 1) as f32) {
+fn bilinear(Luma { data, width, height }: &Luma, x: f32, y: f32) -> Option<f32> {
+    if !(x >= 0.0 && y >= 0.0 && x < (width - 1) as f32 && y < (height - 1) as f32) {
         return None;
     }
     let first = y as usize * width + x as usize;

@@ -1,6 +1,7 @@
 //! Where the reference, or the mosaic so far, lies on the canvas.
 
-use crate::{ImageView, Rect};
+use crate::distance::distance;
+use crate::{ImageView, Rect, Result};
 
 /// The reference on the canvas.
 #[derive(Clone, Copy)]
@@ -28,6 +29,15 @@ impl<'a> Placed<'a> {
     #[inline]
     pub fn is_valid(&self, pixel: [u8; 4]) -> bool {
         self.photo.is_there(pixel)
+    }
+
+    /// How far each pixel of the canvas is from where the reference is not, by [`distance`]; `None` where its frame says that.
+    pub fn distance_to_border(&self, (width, height): (usize, usize)) -> Result<Option<Vec<u16>>> {
+        if !self.photo.is_masked() {
+            return Ok(None);
+        }
+        let outside = |i: usize| self.pixel(self.row(i / width), i % width).is_none();
+        distance(width * height, width, &outside).map(Some)
     }
 
     /// The reference's pixel at a position of the canvas.

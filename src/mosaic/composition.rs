@@ -14,7 +14,7 @@ use crate::observer::{Observer, report};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::transparency::outside;
 use crate::warp::Warped;
-use crate::{Image, ImageView, InverseDepth, Mask, Result, Stage};
+use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Photos on one canvas.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,15 +122,17 @@ impl Composition {
     /// Where a warped photo's canvas begins on this one; `at` is where its own origin is in the view.
     fn place(&self, warped: &Warped, at: [i64; 2]) -> [i64; 2] {
         let (own, other) = (self.offset, warped.offset);
-        [at[0] + own.0 as i64 - other.0 as i64, at[1] + own.1 as i64 - other.1 as i64]
+        [at[0].saturating_add(own.0 as i64 - other.0 as i64), at[1].saturating_add(own.1 as i64 - other.1 as i64)]
     }
 
     /// The canvas (width, height) that this and a photo warped onto it would take together. `at` is where the photo's origin is
     /// in the view.
     pub fn size_with(&self, warped: &Warped, at: [i64; 2]) -> (usize, usize) {
         let [x, y] = self.place(warped, at);
-        let side =
-            |from: i64, own: usize, other: usize| ((own as i64).max(from + other as i64) - from.min(0)).max(0) as usize;
+        let side = |from: i64, own: usize, other: usize| {
+            let side = (own as i64).max(from.saturating_add(other as i64)).saturating_sub(from.min(0));
+            usize::try_from(side).unwrap_or(usize::MAX)
+        };
         let ((w, h), (width, height)) = (self.image.size(), warped.image.size());
         (side(x, w, width), side(y, h, height))
     }
@@ -138,7 +140,7 @@ impl Composition {
     /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
     ///
     /// # Errors
-    /// `invalid-argument` for options out of range, `size-mismatch` for a footprint, confidence or depth of another size than the
+    /// `invalid-argument` for options out of range and the label 0, `size-mismatch` for a footprint, confidence or depth of another size than the
     /// picture's, `out-of-memory`, `aborted`.
     pub fn add(
         &mut self,
@@ -150,6 +152,9 @@ impl Composition {
     ) -> Result<Option<Added>> {
         options.check()?;
         warped.check()?;
+        if layer.label == 0 {
+            return Err(Error::InvalidArgument { name: "label", expected: "from 1 to 255", value: 0.0 }.into());
+        }
         let size = warped.image.size();
         report(observer, Stage::Blend, 0.0)?;
         let drawn = |y: usize| {
@@ -205,15 +210,19 @@ impl Composition {
         if (width, height) == self.image.size() {
             return Ok(());
         }
-        let [left, top] = self.place(warped, at).map(|v| (-v).max(0) as usize);
+        let [left, top] = self.place(warped, at).map(|v| v.saturating_neg().max(0) as usize);
         let size = self.image.size();
         // Where what is there lies on the larger canvas.
         let place = Rect { x: left, y: top, width: size.0, height: size.1 };
         let larger = (width, height);
-        self.image = Image::from_bytes(moved(self.image.data(), 4, place, larger, 0)?, width, height);
-        self.labels = Mask::from_bytes(moved(self.labels.data(), 1, place, larger, 0)?, width, height);
-        self.footprint = Mask::from_bytes(moved(self.footprint.data(), 1, place, larger, 0)?, width, height);
+        // Nothing is changed before there is memory for all.
+        let image = moved(self.image.data(), 4, place, larger, 0)?;
+        let labels = moved(self.labels.data(), 1, place, larger, 0)?;
+        let footprint = moved(self.footprint.data(), 1, place, larger, 0)?;
         let depth = moved(self.depth.data(), 1, place, larger, f32::NAN)?;
+        self.image = Image::from_bytes(image, width, height);
+        self.labels = Mask::from_bytes(labels, width, height);
+        self.footprint = Mask::from_bytes(footprint, width, height);
         self.depth = InverseDepth::from_values(depth, width, height);
         self.offset = (self.offset.0 + left, self.offset.1 + top);
         Ok(())
@@ -271,7 +280,7 @@ fn part<T: Copy>(data: &[T], width: usize, window: Rect) -> Result<Vec<T>> {
 
 /// `data`, so many numbers a pixel, at `place` on a larger canvas (width, height) that is `empty` elsewhere.
 fn moved<T: Copy>(data: &[T], count: usize, place: Rect, (width, height): (usize, usize), empty: T) -> Result<Vec<T>> {
-    let mut out = filled(count * width * height, empty)?;
+    let mut out = filled(count.saturating_mul(width).saturating_mul(height), empty)?;
     let rows = out.chunks_exact_mut(count * width).skip(place.y).zip(data.chunks_exact(count * place.width));
     for (to, from) in rows {
         to[count * place.x..count * (place.x + place.width)].copy_from_slice(from);

@@ -17,7 +17,7 @@ pub(super) fn blend(
 ) -> Result<()> {
     let (width, height) = image.size();
     let pixels = image.pixels_mut();
-    report_row(observer, Stage::Blend, 0, 3)?;
+    report(observer, Stage::Blend, 0.0)?;
     let to_target = distance(pixels.len(), width, &|i| seam.data()[i] == TARGET)?;
     report(observer, Stage::Blend, 0.25)?;
     let to_reference = distance(pixels.len(), width, &|i| seam.data()[i] == REFERENCE)?;
@@ -27,6 +27,7 @@ pub(super) fn blend(
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
     let share = |distance: u32| ((distance as f32 - STRAIGHT as f32 / 2.0) / half.max(1.0)).min(1.0);
+    let own = reference.distance_to_border((width, height))?;
     let size = reference.photo.size();
     for y in 0..height {
         report_row(observer, Stage::Blend, y, height)?;
@@ -43,7 +44,8 @@ pub(super) fn blend(
                 distance => -share(distance.into()),
             };
             let most = share(u32::from(inside[i]).min(to_outside((reference.left + x, y), (width, height))));
-            let least = 1.0 - share(to_outside((x, y - reference.top), size));
+            let edge = to_outside((x, y - reference.top), size);
+            let least = 1.0 - share(own.as_ref().map_or(edge, |own| edge.min(own[i].into())));
             let target = (0.5 + 0.5 * from_seam).min(most).max(least.min(most));
             for (own, other) in pixel.iter_mut().zip([r, g, b]) {
                 let other = f32::from(other);

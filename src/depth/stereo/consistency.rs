@@ -47,7 +47,7 @@ pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
             let third = if w > 0.0 { 1.0 / w } else { continue };
             let (u, v) = (u * third, v * third);
             let [bu, bv] = [u, v].map(|p| ((p - middle) * inverse + 0.5).floor());
-            if !(bu >= 0.0 && bv >= 0.0 && bu < other.photo.width as f64) {
+            if !(bu >= 0.0 && bv >= 0.0 && bu < other.photo.width as f64 && bv < other.photo.height as f64) {
                 continue;
             }
             let place = bv as usize * other.photo.width + bu as usize;

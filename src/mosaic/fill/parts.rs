@@ -66,7 +66,7 @@ impl Parts {
         let most = |pixels: usize| (STRAIGHT as usize * pixels).min(usize::from(FAR) - 1) as u16;
         let inwards = distance_up_to(most(widest.max(NARROW)), cells, width, &|i| parts[i] == Part::Known)?;
         // Where a disc of that radius has room, and half as much around, so that corners are not cut off.
-        for (radius, name) in [(NARROW, Part::Void), (widest, Part::Wide)] {
+        for (radius, name) in [(NARROW, Part::Void), (widest.max(NARROW), Part::Wide)] {
             let reach = most(radius);
             let is_core = |i: usize| parts[i] >= Part::Gap && inwards[i] > reach;
             if !(0..cells).any(is_core) {

@@ -65,11 +65,7 @@ pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> 
     let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
     let size = reference.photo.size();
-    let own = if reference.photo.is_masked() {
-        Some(distance(seam.data().len(), width, &|i| seam.data()[i] & REFERENCE == 0)?)
-    } else {
-        None
-    };
+    let own = reference.distance_to_border((width, height))?;
     for (i, side) in seam.data_mut().iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
         let (x, y) = (i % width, i / width);
         let edge = to_outside((x - reference.left, y - reference.top), size);

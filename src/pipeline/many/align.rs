@@ -101,23 +101,27 @@ impl ManyAlignment {
     /// The map from a photo into the reference's view, by its inverse depth, and that depth: `None` where the map has no
     /// parallax. `None` for a photo without a place.
     pub fn map(&self, photo: usize) -> Option<(Model, Option<&InverseDepth>)> {
+        self.codes.get(photo)?;
         let model = self.geometry.model([photo, self.reference])?;
         Some((model, self.depth(photo)))
     }
 
-    /// What became of a photo so far.
-    pub fn report(&self, photo: usize) -> PhotoReport {
+    /// What became of each photo so far.
+    pub fn reports(&self) -> Vec<PhotoReport> {
         let known = self.geometry.kind != MultiViewKind::Homographies;
-        let camera = self.geometry.camera(photo).filter(|_| known);
-        PhotoReport {
-            code: self.codes[photo],
-            camera,
-            focal: camera.and_then(|_| self.geometry.focal(photo)),
-            error: self.geometry.error(photo),
-            gains: [1.0; 3],
-            extent: None,
-            map: None,
-        }
+        let report = |(photo, &code)| {
+            let camera = self.geometry.camera(photo).filter(|_| known);
+            PhotoReport {
+                code,
+                camera,
+                focal: camera.and_then(|_| self.geometry.focal(photo)),
+                error: self.geometry.error(photo),
+                gains: [1.0; 3],
+                extent: None,
+                map: None,
+            }
+        };
+        self.codes.iter().enumerate().map(report).collect()
     }
 
     /// As [`ManyAlignment::map`], for the result.

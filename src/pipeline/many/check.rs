@@ -50,7 +50,11 @@ fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
     }
     for Camera { rotation, translation } in cameras {
         let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
-        if off.is_nan() || off > ROTATION {
+        // `amax` passes over what is not a number.
+        if let Some(value) = rotation.iter().copied().find(|value| !value.is_finite()) {
+            return invalid("rotation", "nine finite numbers", value);
+        }
+        if off > ROTATION {
             return invalid("rotation", "orthogonal: RᵀR within 0.001 of the identity", off);
         }
         if rotation.determinant() < 0.0 {

@@ -99,7 +99,7 @@ pub fn stitch_many_known(
     let photos = &UndistortedPhotos::shown(&undistorted, given)[..];
     let distorted: Option<Vec<Distorted<'_>>> = undistorted.as_ref().map(|undistorted| undistorted.distorted(given));
     let (reference, order) = (alignment.reference, alignment.order.clone());
-    let mut reports: Vec<PhotoReport> = (0..photos.len()).map(|photo| alignment.report(photo)).collect();
+    let mut reports = alignment.reports();
     let gains = match stages.blend.exposure {
         Exposure::Off => vec![None; photos.len()],
         _ => joint_gains(photos, &alignment)?,
