@@ -114,6 +114,8 @@ function start(): Thread {
       const at = threads.indexOf(thread);
       if (at < 0) return;
       threads.splice(at, 1);
+      // In browsers a worker survives an error of its own.
+      port.terminate();
       thread.task?.reject(
         ready ? terminated(cause) : loadError("could not start the worker", cause),
       );

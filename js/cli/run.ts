@@ -1,4 +1,5 @@
-import { caseFiles, loadPair, type PairFiles } from "../cases/case.js";
+import { join } from "node:path";
+import { CASE_FILE, caseFiles, loadPair, type PairFiles } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
 import { encodeGrayPng, encodePng } from "../codecs.js";
 import { StitchError, crop, defaultOptions, stitch, version } from "../index.js";
@@ -50,9 +51,12 @@ export async function run(args: readonly string[]): Promise<number> {
 }
 
 async function runStitch(command: StitchCommand): Promise<void> {
-  const given = "case" in command.input ? await caseFiles(command.input.case) : command.input;
+  const { input } = command;
+  const given = "case" in input ? await caseFiles(input.case) : input;
   const files = command.ownMatches ? { ...given, matches: null } : given;
-  checkPaths(command.outputs, inputPaths(files));
+  // Also what is not read this time: a case has to stay whole.
+  const description = "case" in input ? [join(input.case, CASE_FILE)] : [];
+  checkPaths(command.outputs, [...inputPaths(given), ...description]);
   await produce(command, (line) => stitchFiles(command, files, line));
 }
 

@@ -65,7 +65,12 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
       throw modelError(`the depth model ${id} could not be loaded`, cause);
     },
   );
-  onProgress?.({ stage: "prepare", fraction: 1 });
+  try {
+    onProgress?.({ stage: "prepare", fraction: 1 });
+  } catch (error) {
+    await network.dispose();
+    throw error;
+  }
 
   return estimator({
     device,

@@ -14,7 +14,10 @@ export async function orAborted<T>(
   late: (result: T) => void = () => undefined,
 ): Promise<T> {
   if (!signal) return work;
-  throwIfAborted(signal);
+  if (signal.aborted) {
+    work.then(late, () => undefined);
+    throw abortError(signal);
+  }
   let abandon: () => void = () => undefined;
   const aborted = new Promise<never>((_, reject) => {
     abandon = () => reject(abortError(signal));

@@ -68,7 +68,12 @@ export async function openSession(
       throw modelError(createMessage(weights, cause), cause);
     },
   );
-  onProgress?.({ stage: "prepare", fraction: 1 });
+  try {
+    onProgress?.({ stage: "prepare", fraction: 1 });
+  } catch (error) {
+    await session.release();
+    throw error;
+  }
   return wrap(runtime, session);
 }
 

@@ -31,12 +31,16 @@ export function processors(): number {
 }
 
 export async function compile(source: WasmSource): Promise<WebAssembly.Module> {
-  const url = source instanceof URL ? source : undefined;
-  return compileFetched(url?.protocol === "file:" ? await readFile(url) : source);
+  const isPath = (typeof source === "string" || source instanceof URL) && isFile(source);
+  return compileFetched(isPath ? await readFile(new URL(source)) : source);
+}
+
+function isFile(address: string | URL): boolean {
+  return /^file:/i.test(String(address));
 }
 
 export async function fetchFile(address: string | URL, init: RequestInit): Promise<Response> {
-  if (!/^file:/i.test(String(address))) return fetchRemote(address, init);
+  if (!isFile(address)) return fetchRemote(address, init);
   return new Response(await readFile(new URL(address)));
 }
 

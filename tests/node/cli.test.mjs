@@ -362,6 +362,18 @@ test("an output that is an input, or another output, by another name is refused"
   }
 });
 
+test("no file of a case is overwritten, whether it is used or not", async () => {
+  const place = join(folder, "case");
+  const { matches } = JSON.parse(await readFile(join(place, "case.json"), "utf8"));
+  assert.equal(typeof matches, "string");
+  for (const name of ["case.json", matches]) {
+    const before = await readFile(join(place, name));
+    const args = ["--case", place, "--own-matches", "--report", join(place, name)];
+    assertFails(await run(args), 2, /it is an input/);
+    assert.deepEqual(await readFile(join(place, name)), before);
+  }
+});
+
 test("the size that is printed is that of the file", async () => {
   const { code, stdout, stderr } = await run([...pair(), ...depths(), "--crop", "inner"]);
   assert.equal(code, 0, stderr);

@@ -1,5 +1,6 @@
 // Files to pictures and back.
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { test } from "node:test";
 import {
   decodeDepth,
@@ -9,6 +10,7 @@ import {
   encodePng,
   init,
 } from "depthstitch/codecs";
+import { root } from "../../js/tools/shared.mjs";
 import { rejection, sample } from "./sample.mjs";
 
 const { target } = await sample();
@@ -66,4 +68,15 @@ test("bad files and arguments", async () => {
 test("loading ahead is allowed", async () => {
   await init();
   await init();
+});
+
+test("the module may be given as the URL of a file, as text too", () => {
+  const script = `
+    import { init, stitch } from "depthstitch";
+    await init(import.meta.resolve("depthstitch/depthstitch.wasm"));
+    await stitch({}, {}).catch(({ code }) => console.log(code));
+  `;
+  const args = ["--input-type=module", "--eval", script];
+  const { stdout, stderr } = spawnSync(process.execPath, args, { cwd: root, encoding: "utf8" });
+  assert.equal(stdout, "invalid-argument\n", stderr);
 });
