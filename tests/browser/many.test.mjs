@@ -212,6 +212,17 @@ test("photos are removed by button and Delete key, with a way back, down to two"
   await close();
 });
 
+test("a set that was removed while it was read is read on when it comes back", async () => {
+  const { page, close } = await site.open();
+  await drop(page, ".masthead", three);
+  await page.locator(".tile").first().waitFor();
+  await page.click("#clear-inputs");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await finished(page);
+  assert.equal(await text(page, "#result-source"), "3 of 3 photos, seen from IMG_2.png");
+  await close();
+});
+
 test("a third photo joins two, and depth maps and matches come back when it goes", async () => {
   const { page, complaints, close } = await site.open({ files: smallCase });
   const first = await savedPicture(page);

@@ -11,7 +11,7 @@ import { bindRun, isLoading, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
 import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
 import { errorMessage } from "./text/errors.js";
-import { bindUndo, cameBack } from "./undo.js";
+import { bindUndo } from "./undo.js";
 
 const sampleFolder = new URL("./sample/", document.baseURI);
 
@@ -78,7 +78,7 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
     loader.clear(slotNames);
     const { settings } = store.state;
     const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;
-    const undo = { label: "Undo", run: () => store.set(cameBack(before, store.state)) };
+    const undo = { label: "Undo", run: () => loader.comeBack(before) };
     store.set({
       ...initialState,
       slots: noSlots,

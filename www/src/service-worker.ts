@@ -16,10 +16,12 @@ interface FetchEvent extends LongEvent {
 const worker = globalThis as unknown as ServiceWorkerScope;
 const cacheName = "depthstitch __VERSION__";
 const files = "__FILES__".split(" ");
+// What the browser remembers of them may be of the version before.
+const fresh = files.map((file) => new Request(file, { cache: "reload" }));
 
 // A new version is activated when no page of the old one is open any more, as those may still need its files.
 worker.addEventListener("install", (event) => {
-  (event as LongEvent).waitUntil(caches.open(cacheName).then((cache) => cache.addAll(files)));
+  (event as LongEvent).waitUntil(caches.open(cacheName).then((cache) => cache.addAll(fresh)));
 });
 
 worker.addEventListener("activate", (event) => {

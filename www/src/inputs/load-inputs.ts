@@ -196,13 +196,19 @@ export class InputLoader {
 
   /** Offers to come back to an earlier state, and then to add photos if there are any. */
   #offerBack(before: State, text: string, photos: readonly File[] = []): void {
-    const run = () => this.#store.set(cameBack(before, this.#store.state));
+    const run = () => this.comeBack(before);
     const keep = () => {
       run();
       void this.loadMany(photos, "add");
     };
     const keepAll = photos.length > 0 ? [{ label: "Keep all", run: keep }] : [];
     this.#store.set({ undo: { text, choices: [...keepAll, { label: "Undo", run }] } });
+  }
+
+  /** Comes back to the photos and the result of an earlier state; a set that was being read is read on. */
+  comeBack(before: State): void {
+    this.#store.set(cameBack(before, this.#store.state));
+    if (before.set) void this.sets().then((loader) => loader.reload());
   }
 
   clear(slots: readonly SlotName[]): void {

@@ -21,7 +21,9 @@ export async function drawThumbnail(
     case "targetDepth":
     case "referenceDepth":
       if (slots[slot]) {
-        put(canvas, await imageTask("depthBitmap", slots[slot].content, settings.depth, width));
+        const bitmap = await imageTask("depthBitmap", slots[slot].content, settings.depth, width);
+        put(canvas, bitmap);
+        bitmap.close();
       }
       break;
     case "matches":

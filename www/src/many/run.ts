@@ -34,6 +34,7 @@ export async function stitchSet(
   if (!stitched) return;
   const { result, cached } = stitched;
   const { message, ...filled } = await filledMosaic(store, result, settings, signal);
+  signal.throwIfAborted();
   const elapsed = performance.now() - start;
   const { photos } = job;
   store.set({

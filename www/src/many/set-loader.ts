@@ -108,6 +108,8 @@ export class SetLoader {
     if (!set?.photos.some(({ content }) => content === photo.content)) return;
     const photos = set.photos.map((other) => (other.id === id ? { ...other, ...decoded } : other));
     this.#store.set({ set: { ...set, photos }, undo: null });
+    // Another size may have been chosen meanwhile.
+    void this.read();
   }
 
   /** Chooses the photo in whose view all are shown; null for the one in the middle. */

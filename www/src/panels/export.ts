@@ -56,7 +56,8 @@ export function bindExport(store: Store, version: string): void {
     onClick(byId(id, HTMLButtonElement), () => {
       const { outcome } = store.state;
       if (!outcome) return;
-      Promise.resolve(save(outcome)).catch((error: unknown) => {
+      const saved = async (): Promise<unknown> => save(outcome);
+      saved().catch((error: unknown) => {
         const reason = error instanceof Error ? error.message : String(error);
         status.textContent = `That did not work: ${reason}`;
       });
@@ -105,7 +106,9 @@ export function bindExport(store: Store, version: string): void {
   });
   onClick(byId("copy-link", HTMLButtonElement), () => {
     const link = new URL(`#${linkOf(store.state.settings)}`, location.href);
-    navigator.clipboard.writeText(link.href).then(
+    // Without HTTPS there is no clipboard.
+    const copied = async (): Promise<void> => navigator.clipboard.writeText(link.href);
+    copied().then(
       () => void (status.textContent = "Link copied. It contains the settings, not the photos."),
       () =>
         void (status.textContent = "Copy the URL of this page instead: it contains the settings."),

@@ -117,7 +117,7 @@ export class Runner {
     const { slots } = this.#store.state;
     const job = prepareJob({ ...this.#store.state, settings });
     if (!("target" in job)) {
-      this.#store.set({ message: job });
+      this.#store.set({ running: null, message: job });
       return;
     }
     const cached = isCached(job);
@@ -129,6 +129,7 @@ export class Runner {
       onProgress: (running) => this.#store.set({ running }),
     });
     const { message, ...filled } = await filledMosaic(this.#store, result, settings, signal);
+    signal.throwIfAborted();
     const elapsed = performance.now() - start;
     const outcome: Outcome = { kind: "pair", result, ...filled, job, slots, elapsed };
     const status = cached ? "Done (reused the earlier result)" : `Done in ${seconds(elapsed)}`;
