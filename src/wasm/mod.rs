@@ -41,7 +41,8 @@ mod specs;
 #[cfg(feature = "wasm-core")]
 mod stages;
 
-/// Smaller than the standard library's allocator and as sparing with memory.
+/// Smaller than the standard library's allocator and as sparing with memory. A test of the library links the library, with its own.
+#[cfg(not(test))]
 #[global_allocator]
 static ALLOCATOR: talc::wasm::WasmDynamicTalc = talc::wasm::new_wasm_dynamic_allocator();
 
