@@ -1,5 +1,6 @@
 // Functions of the build scripts. They use modules of Node only, as they run before `npm ci`.
 import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -67,18 +68,9 @@ export function run(command, args, options) {
 }
 
 /** As `run`, while others run. @type {(...args: Parameters<typeof run>) => Promise<void>} */
-export function runAsync(command, args, options) {
-  return new Promise((resolve, reject) => {
-    const child = spawn(command, args, shown(command, args, options));
-    child.on("error", reject);
-    child.on("close", (status, signal) => {
-      try {
-        resolve(check(command, status, signal));
-      } catch (error) {
-        reject(error);
-      }
-    });
-  });
+export async function runAsync(command, args, options) {
+  const [status, signal] = await once(spawn(command, args, shown(command, args, options)), "close");
+  check(command, status, signal);
 }
 
 /**
