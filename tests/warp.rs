@@ -261,7 +261,7 @@ fn refusals_name_the_number() {
     };
     let code = |forward: &Model, options: WarpOptions| go(forward, &options).unwrap_err().code();
     let default = WarpOptions::default;
-    let error = Error::TooLarge { width: 20, height: 20, bytes: 3600, limit: 1000 };
+    let error = Error::TooLarge { width: 20, height: 20, bytes: 4400, limit: 1000 };
     assert_eq!(go(&one, &WarpOptions { max_bytes: 1000, ..default() }), Err(error.into()));
     assert_eq!(code(&shift(500.0, 0.0), default()), "no-overlap");
     assert_eq!(code(&shift(f64::NAN, 0.0), default()), "invalid-argument");

@@ -9,7 +9,7 @@ use super::options::{Options, WithoutDepth};
 use super::picture::Size;
 use crate::features::reduced;
 use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam, node_side};
-use crate::warp::{MOST_KEPT, Projection, WarpMode};
+use crate::warp::{MOST_KEPT, Projection, WarpMode, bytes_per_pixel};
 use crate::{Error, Result, Stage, View};
 
 /// What the pipeline is given.
@@ -85,8 +85,6 @@ const COMPLETE: u64 = MAP + 20;
 const VERTEX: u64 = 8;
 /// Colour, footprint.
 const CANVAS: u64 = RGBA + MASK;
-/// Cleaning the outline: what is covered, and distances.
-const OUTLINE: u64 = MASK + 2 * 2;
 /// Mosaic, seam, voids.
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
@@ -290,10 +288,9 @@ impl<'a> Memory<'a> {
         // Of more, two rows.
         let vertices = if vertices > MOST_KEPT as u64 { 0 } else { vertices };
         let maps = self.maps().into_iter().fold(self.projected(), u64::saturating_add);
-        let canvas = |own: u64| maps.saturating_add(canvas.saturating_mul(CANVAS + self.confidence() + own));
-        let depth = if self.parallax().0 && self.options.warp.mode != WarpMode::Forward { MAP } else { 0 };
-        let outline = if self.confidence() > 0 { OUTLINE } else { 0 };
-        canvas(depth).saturating_add(vertices.saturating_mul(VERTEX)).max(canvas(self.warped_depth() + outline))
+        let of_canvas = bytes_per_pixel(self.options.warp.mode, self.parallax().0, self.warped_depth() > 0);
+        let [rendering, cleaning] = of_canvas.map(|bytes| maps.saturating_add(canvas.saturating_mul(bytes)));
+        rendering.saturating_add(vertices.saturating_mul(VERTEX)).max(cleaning)
     }
 
     fn blend(&self, canvas: u64) -> u64 {

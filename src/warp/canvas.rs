@@ -2,12 +2,26 @@
 
 use wide::{CmpGe, CmpLe, f64x2};
 
-use super::Warped;
+use super::{WarpMode, Warped};
 use crate::image::check_size;
 use crate::{Error, ImageView, InverseDepth, Mask, Rect, Result};
 
-/// Bytes per canvas pixel: warped target, footprint, depth.
-const BYTES_PER_PIXEL: u64 = 4 + 1 + 4;
+/// Bytes per canvas pixel: the warped target and its footprint, the confidence in it, its depth, and what cleaning the outline takes: what is
+/// covered, and distances.
+const WARPED: u64 = 4 + 1;
+const CONFIDENCE: u64 = 1;
+const DEPTH: u64 = 4;
+const OUTLINE: u64 = 1 + 2 * 2;
+
+/// Bytes for each pixel of the canvas while the target is rendered, and while its outline is cleaned: with `parallax` depth is compared, and a
+/// part of the result if that `wants_depth`.
+pub(crate) fn bytes_per_pixel(mode: WarpMode, parallax: bool, wants_depth: bool) -> [u64; 2] {
+    let if_so = |so: bool, bytes: u64| if so { bytes } else { 0 };
+    let soft = mode == WarpMode::Soft;
+    let rendering = if_so(parallax && mode != WarpMode::Forward, DEPTH);
+    let cleaning = if_so(parallax && wants_depth, DEPTH) + if_so(soft, OUTLINE);
+    [rendering, cleaning].map(|own| WARPED + if_so(soft, CONFIDENCE) + own)
+}
 
 /// The farthest that vertices may land, in reference pixels. Without it one vertex near the horizon makes the canvas
 /// explode.
@@ -68,10 +82,10 @@ impl Canvas {
     }
 }
 
-/// Refuses a canvas that would take more than `limit` bytes with all that is drawn on it.
-pub(super) fn check_budget((width, height): (usize, usize), limit: u64) -> Result<()> {
+/// Refuses a canvas that would take more than `limit` bytes at so many for each pixel.
+pub(super) fn check_budget((width, height): (usize, usize), bytes_per_pixel: u64, limit: u64) -> Result<()> {
     let (width, height) = (width as u64, height as u64);
-    let bytes = width.saturating_mul(height).saturating_mul(BYTES_PER_PIXEL);
+    let bytes = width.saturating_mul(height).saturating_mul(bytes_per_pixel);
     if bytes > limit { Err(Error::TooLarge { width, height, bytes, limit }.into()) } else { Ok(()) }
 }
 

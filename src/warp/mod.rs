@@ -31,7 +31,7 @@ use crate::observer::{Observer, report};
 use crate::transparency::{Extended, outside};
 use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 
-pub(crate) use canvas::Limits;
+pub(crate) use canvas::{Limits, bytes_per_pixel};
 pub(crate) use grid::MOST_KEPT;
 pub(crate) use sample::bilinear;
 pub use screen::Projection;
@@ -152,7 +152,8 @@ pub fn warp(
     options: &WarpOptions,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let check_canvas = |canvas| canvas::check_budget(canvas, options.max_bytes);
+    let [rendering, cleaning] = bytes_per_pixel(options.mode, forward.has_parallax(), options.depth);
+    let check_canvas = |canvas| canvas::check_budget(canvas, rendering.max(cleaning), options.max_bytes);
     let extended = Extended::of(target, "target", None)?;
     let target = Extended::view(&extended, target);
     warp_within(&WarpJob::new([target, reference], forward, reverse), options, &check_canvas, observer)

@@ -184,7 +184,8 @@ fn choose(
         None => {
             let roughly = (by_turning >= ROUGHLY * by_chain).then(|| Box::new(turned.scene));
             let solved = Solved::Chain { chain, links: links.to_vec(), turned: roughly };
-            (MultiViewKind::Homographies, turned.contradicting, solved)
+            // Homographies are chained through all of them.
+            (MultiViewKind::Homographies, Vec::new(), solved)
         }
     }
 }

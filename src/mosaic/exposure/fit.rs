@@ -193,12 +193,7 @@ fn fit_channel(
         None => median_of(observations, &|o| o.ratio)?,
     };
     for _ in 0..ROUNDS {
-        for o in &mut *observations {
-            o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
-            for (node, share) in o.nodes {
-                o.residual -= share * nodes[node].local;
-            }
-        }
+        update_residuals(observations, nodes, common, curve);
         let reach = 3.0 * (1.4826 * median_of(observations, &|o| o.residual.abs())?).max(LEAST_DEVIATION);
         let (mut total, mut ratios, mut lights) = (f64::MIN_POSITIVE, 0.0, 0.0);
         for (o, sample) in observations.iter_mut().zip(samples) {
@@ -233,7 +228,17 @@ fn fit_channel(
         }
         relax(nodes, columns, limits.local);
     }
+    update_residuals(observations, nodes, common, curve);
     Ok((common, curve))
+}
+
+fn update_residuals(observations: &mut [Observation], nodes: &[Node], common: f64, curve: Curve) {
+    for o in observations {
+        o.residual = o.ratio - common - curve.slope * (o.light - curve.pivot);
+        for (node, share) in o.nodes {
+            o.residual -= share * nodes[node].local;
+        }
+    }
 }
 
 fn median_of(observations: &[Observation], value: &dyn Fn(&Observation) -> f64) -> Result<f64> {

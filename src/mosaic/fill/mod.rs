@@ -51,7 +51,7 @@ impl Default for FillOptions {
 ///
 /// What `image` holds in a void is ignored, even if it is opaque. Void pixels that no path through the void joins to a
 /// valid pixel (alpha not 0) cannot be filled, and those of too wide a void are not: they stay as they are. On an
-/// error `image` is untouched.
+/// error `image` is untouched, unless the observer cancels when all is done.
 ///
 /// # Errors
 /// `invalid-argument` for an option out of range, `size-mismatch` when mask or guide are not of the picture's size,

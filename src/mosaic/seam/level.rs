@@ -181,7 +181,7 @@ impl Level {
         let mut near: Vec<u8> = zeroed(self.cells.len())?;
         let mut at = 0;
         for row in self.cells.chunks(self.width) {
-            let below = self.cells.get(at + self.width..).unwrap_or(row);
+            let below = self.cells.get(at + self.width..).filter(|below| !below.is_empty()).unwrap_or(row);
             for (x, (here, below)) in row.iter().zip(below).enumerate() {
                 // 1 and 2 are the only labels that differ in both bits.
                 let right = row.get(x + 1).unwrap_or(here);

@@ -81,14 +81,14 @@ pub(super) fn locate(
         geometry.undistort(&found.frames(), &links);
         undistorted = Some(found);
     }
+    let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
+    let mut links: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
     if stages.features.guided && geometry.kind == MultiViewKind::Cameras {
         let images: Vec<ImageView<'_>> =
             UndistortedPhotos::shown(&undistorted, given).iter().map(|photo| photo.image).collect();
-        let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
-        let consistent: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
         let matching = &stages.features.matching;
         let again = &mut Portion::of_stage(observer, Stage::Estimate, 0.0, 0.5);
-        links = more_matches(&images, &features, &graph.pairs, &consistent, &geometry, matching, again)?;
+        links = more_matches(&images, &features, &graph.pairs, &links, &geometry, matching, again)?;
         refine(&images, &links, &mut geometry, &mut Portion::of_stage(observer, Stage::Estimate, 0.5, 1.0))?;
     }
     let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
