@@ -232,6 +232,31 @@ fn matches_that_a_lens_bends_off_their_lines_take_part() {
     }
 }
 
+#[test]
+fn matches_of_a_dense_matcher_are_as_good_as_a_few() {
+    let truth = points::Scene::new([0.01, 0.02, 0.0], [0.3, 0.05, -0.1], 320.0, hills, 1).truth;
+    let mut matches = grid(&truth, hills, [0..320, 0..240], 3);
+    let many = matches.len();
+    assert!(many > 6000, "{many}");
+    // What moved along the epipolar line contradicts nothing but its neighbours.
+    for (i, m) in matches.iter_mut().step_by(7).enumerate() {
+        let [x, y] = m.target;
+        let factor = 1.5 + 0.25 * (i % 8) as f64;
+        m.reference = truth.project(x, y, factor * hills(x, y, &mut points::Noise(0))).unwrap();
+    }
+    let found = solve(&matches, 1);
+    let wrong = found.geometry.inliers.iter().step_by(7).filter(|inlier| **inlier).count();
+    assert!(wrong * 50 < many / 7, "{wrong} wrong of {}", many / 7);
+    let miss = |m: &Match| {
+        let [x, y] = m.target;
+        let place = found.geometry.forward.project(x, y, found.target.sample(x, y)).unwrap();
+        distance(place, m.reference)
+    };
+    let right = matches.iter().enumerate().filter(|(i, _)| i % 7 != 0);
+    let misses = right.map(|(_, m)| miss(m)).collect();
+    assert!(quantile(misses, 0.9) < 0.5);
+}
+
 /// A wall, and below it a floor that comes nearer.
 fn room(_: f64, y: f64, _: &mut points::Noise) -> f64 {
     0.2 + 0.002 * (y - FOOT).max(0.0)
