@@ -283,6 +283,21 @@ fn far_outside_the_surface_becomes_a_plane_in_which_nothing_leans() {
 }
 
 #[test]
+fn shapes_out_of_range_are_refused() {
+    let (size, model) = ((40, 30), sideways());
+    let refused = |shape: SurfaceShape| {
+        let options = CompletionOptions { shape, ..Default::default() };
+        let error = complete_depth(&map(size, |_, _| 0.3), None, &model, size, None, &options, &mut ()).unwrap_err();
+        matches!(*error, Error::InvalidArgument { .. })
+    };
+    for stiffness in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(refused(SurfaceShape { stiffness, ..Default::default() }), "{stiffness}");
+    }
+    let extrapolation = Extrapolation::FrontoParallel(f64::NAN);
+    assert!(refused(SurfaceShape { extrapolation, ..Default::default() }));
+}
+
+#[test]
 fn anisotropy_is_that_of_the_map() {
     let of = |rows: [f64; 9]| anisotropy(&Model::homography(Matrix3::from_row_slice(&rows)), (400, 300), &|_, _| 0.0);
     let similarity = [0.6, -0.8, 5.0, 0.8, 0.6, -9.0, 0.0, 0.0, 1.0];

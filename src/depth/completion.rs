@@ -54,7 +54,8 @@ pub struct MeasuredDepth<'a> {
 /// Returns the map as it is when hardly any pixel is reliable.
 ///
 /// # Errors
-/// `size-mismatch` for a photo or mask of another size, `out-of-memory`, `aborted`.
+/// `invalid-argument` for a [`SurfaceShape`] whose numbers are out of range, `size-mismatch` for a photo or mask of another size,
+/// `out-of-memory`, `aborted`.
 pub fn complete_depth(
     depth: &InverseDepth,
     photo: Option<ImageView<'_>>,
@@ -64,9 +65,10 @@ pub fn complete_depth(
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
+    options.shape.check()?;
     let other = OtherView::new(model, other);
     let known = KnownDepth::of(depth, photo, other, reliable, &[], observer)?;
-    Ok(known.completed(options)?.unwrap_or_else(|| depth.clone()))
+    known.completed(options)?.map_or_else(|| depth.map_indexed(|_, d| d), Ok)
 }
 
 /// As [`complete_depth`] of the reference's `own` depth; but near the photo's border, where few windows could be compared and both
@@ -83,6 +85,7 @@ pub fn complete_reference_depth(
     options: &CompletionOptions,
     observer: &mut dyn Observer,
 ) -> Result<InverseDepth> {
+    options.shape.check()?;
     let MeasuredDepth { map: own, reliable, matches } = *own;
     let (w, h) = own.size();
     check_size("reliable", reliable.size(), (w, h))?;
@@ -103,7 +106,7 @@ pub fn complete_reference_depth(
     let known = InverseDepth::from_values(known, w, h);
     let other = OtherView::new(models[1], target.size());
     let known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
-    Ok(known.completed(options)?.unwrap_or_else(|| own.clone()))
+    known.completed(options)?.map_or_else(|| own.map_indexed(|_, d| d), Ok)
 }
 
 /// What is known of the depth of a photo, ready to be completed in one way or another.

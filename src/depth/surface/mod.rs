@@ -13,7 +13,7 @@ use crate::geometry::{DepthSample, Model, plane_depth};
 use crate::image::reserve;
 use crate::rect::diagonal;
 use crate::statistics::median;
-use crate::{ImageView, InverseDepth, Result};
+use crate::{Error, ImageView, InverseDepth, Result};
 use background::background;
 use lines::Line;
 pub(super) use lines::segments;
@@ -53,6 +53,23 @@ pub struct SurfaceShape {
     /// Whether it goes through what is known near the border of the overlap even where few samples say so: what only one photo shows continues what
     /// is there. Elsewhere such things are outliers, and the mosaic shows them from one photo.
     pub tight_at_border: bool,
+}
+
+impl SurfaceShape {
+    /// # Errors
+    /// `invalid-argument` for a stiffness that is no positive number, or a depth that is none.
+    pub(super) fn check(&self) -> Result<()> {
+        let Self { stiffness: value, .. } = *self;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(Error::InvalidArgument { name: "stiffness", expected: "a positive number", value }.into());
+        }
+        match self.extrapolation {
+            Extrapolation::FrontoParallel(value) if !value.is_finite() => {
+                Err(Error::InvalidArgument { name: "extrapolation", expected: "a finite inverse depth", value }.into())
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Default for SurfaceShape {
