@@ -4,7 +4,7 @@
 use depthstitch::View;
 use depthstitch::features::{detect, track};
 use depthstitch::geometry::{Frame, Threshold, estimate};
-use depthstitch::pipeline::{FeatureOptions, Known, Options, align, stitch, stitch_known};
+use depthstitch::pipeline::{FeatureOptions, Options, Precomputed, align, stitch, stitch_precomputed};
 use scene::{MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -94,15 +94,15 @@ fn known_features_change_nothing_and_have_to_be_of_the_photos() {
     let [target, reference] = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
     let options = Options::default();
     let features = [target, reference].map(|view| detect(view.image, &options.features.detect, &mut ()).unwrap());
-    let known = Known { matches: None, features: Some(features.clone()) };
-    let found = stitch_known(known, target, reference, &options, &mut ()).unwrap();
+    let known = Precomputed { matches: None, features: Some(features.clone()) };
+    let found = stitch_precomputed(known, target, reference, &options, &mut ()).unwrap();
     let detected = stitch(None, target, reference, &options, &mut ()).unwrap();
     assert_eq!((found.matches, found.geometry.forward), (detected.matches, detected.geometry.forward));
     assert_eq!((found.warped.image, found.mosaic), (detected.warped.image, detected.mosaic));
 
     let [mut narrow, other] = features;
     narrow.size.0 -= 1;
-    let known = Known { matches: None, features: Some([narrow, other]) };
-    let error = stitch_known(known, target, reference, &options, &mut ()).unwrap_err();
+    let known = Precomputed { matches: None, features: Some([narrow, other]) };
+    let error = stitch_precomputed(known, target, reference, &options, &mut ()).unwrap_err();
     assert_eq!((error.code(), error.details()), ("invalid-argument", [("value", 239.0)].to_vec()));
 }

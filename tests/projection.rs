@@ -114,7 +114,7 @@ fn pixels_are_where_their_rays_belong() {
             own.psnr_mask > other.psnr_mask - 1.0 && (own.coverage - other.coverage).abs() < 0.1,
             "{own:?} {other:?}"
         );
-        // The reference is transparent where the screen leaves its frame.
+        // The reference is transparent where the projection surface leaves its frame.
         let reference = found.projected_reference.as_ref().unwrap();
         let shown = reference.pixels().iter().filter(|pixel| pixel[3] == 255).count();
         assert!(shown < reference.pixels().len() && shown * 10 > reference.pixels().len() * 9);

@@ -33,7 +33,7 @@ pub use homography::homography;
 pub use model::{Match, Model};
 pub(crate) use model::{check_depth, check_views, epipolar_direction};
 pub use multi_view::{Camera, MultiViewKind};
-pub(crate) use multi_view::{Equations, Lens, MultiView, PairLink, Sight, multi_view, pair_focal};
+pub(crate) use multi_view::{Equations, Lens, MultiView, ObservedPair, PairLink, multi_view, pair_focal};
 pub use plane::DepthSample;
 pub(crate) use plane::{dominant_plane, plane_depth, tile_planes, weighted_plane};
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::extrapolation::{Completed, complete, triangulated};
-use super::features::{Known, MatchedFeatures, detect_pair, match_along_epipolar_lines, match_pair};
+use super::features::{MatchedFeatures, Precomputed, detect_pair, match_along_epipolar_lines, match_pair};
 use super::halved::Halved;
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
@@ -61,15 +61,15 @@ pub fn align<'a>(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
-    align_known(Known::of(matches), target, reference, options, observer)
+    align_precomputed(Precomputed::of(matches), target, reference, options, observer)
 }
 
 /// As [`align`], with what is known already.
 ///
 /// # Errors
 /// As [`align`], and `invalid-argument` for features of photos of other sizes.
-pub fn align_known<'a>(
-    known: Known<'_>,
+pub fn align_precomputed<'a>(
+    known: Precomputed<'_>,
     target: View<'a>,
     reference: View<'a>,
     options: &Options,
@@ -83,13 +83,13 @@ pub fn align_known<'a>(
     if visible.is_everything() {
         return align_timed(known, views, options, observer, &mut timer);
     }
-    let known = Known { matches: visible.matches(known.matches), ..known };
+    let known = Precomputed { matches: visible.matches(known.matches), ..known };
     let found = align_timed(known, visible.views(views), options, observer, &mut timer)?;
     Ok(found.into_owned())
 }
 
 pub(super) fn align_timed<'a>(
-    Known { matches: given, features }: Known<'_>,
+    Precomputed { matches: given, features }: Precomputed<'_>,
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
@@ -193,11 +193,11 @@ impl Alignment<'_> {
         self.prediction_error.map_or(most, |[error, _]| void_distance(error, target.size(), most))
     }
 
-    /// The stretch limit to warp this alignment with, of which `most` is wanted: none on a cylinder or sphere (`on_screen`), unless maps
+    /// The stretch limit to warp this alignment with, of which `most` is wanted: none on a cylinder or sphere (`on_curved_surface`), unless maps
     /// say what hides what. There a wall beside the reference's camera is stretched as it should be, and not torn apart.
     #[must_use]
-    pub fn stretch_limit(&self, most: f64, on_screen: bool) -> f64 {
-        if on_screen && (self.smooth || self.depth[0].is_none()) { f64::MAX } else { most }
+    pub fn stretch_limit(&self, most: f64, on_curved_surface: bool) -> f64 {
+        if on_curved_surface && (self.smooth || self.depth[0].is_none()) { f64::MAX } else { most }
     }
 
     /// The name of the stage that fitted the models.

@@ -27,14 +27,14 @@ impl Default for FeatureOptions {
 
 /// What is known of two photos before they are stitched.
 #[derive(Debug, Clone, Default)]
-pub struct Known<'a> {
+pub struct Precomputed<'a> {
     /// Their matches: then features play no part.
     pub matches: Option<&'a [Match]>,
     /// The features of target and reference, as [`detect`] finds them with the same options.
     pub features: Option<[Features; 2]>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> Precomputed<'a> {
     /// Matches, if there are any.
     pub(super) fn of(matches: Option<&'a [Match]>) -> Self {
         Self { matches, features: None }

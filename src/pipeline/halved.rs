@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use nalgebra::Matrix3;
 
 use super::align::Alignment;
-use super::features::Known;
+use super::features::Precomputed;
 use super::options::{Options, WithoutDepth};
 use super::picture::Size;
 use crate::depth::RefineOptions;
@@ -59,7 +59,7 @@ impl Halved {
     }
 
     /// What is known, with `matches` of the halved photos.
-    pub fn known<'a>(&self, matches: Option<&'a [Match]>, features: Option<[Features; 2]>) -> Known<'a> {
+    pub fn known<'a>(&self, matches: Option<&'a [Match]>, features: Option<[Features; 2]>) -> Precomputed<'a> {
         let features = features.map(|features| {
             features.map(|mut features| {
                 for keypoint in &mut features.keypoints {
@@ -71,7 +71,7 @@ impl Halved {
                 features
             })
         });
-        Known { matches, features }
+        Precomputed { matches, features }
     }
 
     /// Options, with those in pixels halved.

@@ -31,8 +31,8 @@ mod visible;
 
 use std::borrow::Cow;
 
-pub use align::{Alignment, align, align_known};
-pub use features::{FeatureOptions, Known, MatchedFeatures, detect_pair, match_pair};
+pub use align::{Alignment, align, align_precomputed};
+pub use features::{FeatureOptions, MatchedFeatures, Precomputed, detect_pair, match_pair};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
 pub(crate) use memory::check_inputs;
 pub use memory::{Job, Memory};
@@ -109,15 +109,15 @@ pub fn stitch(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
-    stitch_known(Known::of(matches), target, reference, options, observer)
+    stitch_precomputed(Precomputed::of(matches), target, reference, options, observer)
 }
 
 /// As [`stitch`], with what is known already.
 ///
 /// # Errors
 /// As [`stitch`], and `invalid-argument` for features of photos of other sizes.
-pub fn stitch_known(
-    known: Known<'_>,
+pub fn stitch_precomputed(
+    known: Precomputed<'_>,
     target: View<'_>,
     reference: View<'_>,
     options: &Options,
@@ -125,25 +125,25 @@ pub fn stitch_known(
 ) -> Result<Stitched> {
     let mut depth = [None, None];
     let mut keep = |side: usize, map: Cow<'_, InverseDepth>| depth[side] = Some(map.into_owned());
-    let take: Option<&mut TakeDepth<'_>> = if options.output_depth { Some(&mut keep) } else { None };
-    let stitched = stitch_giving_depth(known, target, reference, options, take, observer)?;
+    let take: Option<&mut DepthSink<'_>> = if options.output_depth { Some(&mut keep) } else { None };
+    let stitched = stitch_with_depth_sink(known, target, reference, options, take, observer)?;
     Ok(Stitched { depth, ..stitched })
 }
 
 /// Takes the inverse depth of the target (0) or the reference (1), which nothing reads any more.
-pub type TakeDepth<'t> = dyn FnMut(usize, Cow<'_, InverseDepth>) + 't;
+pub type DepthSink<'t> = dyn FnMut(usize, Cow<'_, InverseDepth>) + 't;
 
-/// As [`stitch_known`], but the inverse depth that was used is given to `take_depth` as soon as nothing reads it any more, so that it
+/// As [`stitch_precomputed`], but the inverse depth that was used is given to `depth_sink` as soon as nothing reads it any more, so that it
 /// takes no memory while the photos are blended; [`Stitched::depth`] is empty.
 ///
 /// # Errors
-/// As [`stitch_known`].
-pub fn stitch_giving_depth(
-    known: Known<'_>,
+/// As [`stitch_precomputed`].
+pub fn stitch_with_depth_sink(
+    known: Precomputed<'_>,
     target: View<'_>,
     reference: View<'_>,
     options: &Options,
-    mut take_depth: Option<&mut TakeDepth<'_>>,
+    mut depth_sink: Option<&mut DepthSink<'_>>,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
     let views = [target, reference];
@@ -154,7 +154,7 @@ pub fn stitch_giving_depth(
     let visible = VisiblePair::of(known.matches, views)?;
     let (matches, views) = (visible.matches(known.matches), visible.views(views));
     let [_, reference] = views;
-    let mut alignment = align_timed(Known { matches, ..known }, views, options, observer, &mut timer)?;
+    let mut alignment = align_timed(Precomputed { matches, ..known }, views, options, observer, &mut timer)?;
     let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
     let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
     let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;
@@ -164,7 +164,7 @@ pub fn stitch_giving_depth(
     timer.end(Stage::Warp, observer);
     // Maps that nothing reads any more make room: what nobody takes is dropped at once.
     let mut give_depth = |side: usize, map: &mut Option<Cow<'_, InverseDepth>>| {
-        if let (Some(take), Some(map)) = (&mut take_depth, map.take()) {
+        if let (Some(take), Some(map)) = (&mut depth_sink, map.take()) {
             take(side, map);
         }
     };
@@ -229,8 +229,8 @@ fn warp_aligned(
         None => WarpJob::new([target, reference], forward, reverse),
         Some(projected) => {
             let [forward, reverse] = &projected.models;
-            let screen = Some(projected.screen);
-            WarpJob { screen, ..WarpJob::new([target, projected.view()], forward, reverse) }
+            let surface = Some(projected.surface);
+            WarpJob { surface, ..WarpJob::new([target, projected.view()], forward, reverse) }
         }
     };
     warp_within(&job, &options, &|canvas| memory.check(canvas), observer)
@@ -249,7 +249,7 @@ fn fill_guide(
         return Ok(None);
     }
     let guide = FillGuide::new(warped, seam, &alignment.geometry.forward, shown)?;
-    // On a screen parallax is along curves.
+    // On a projection surface parallax is along curves.
     Ok(guide.map(|guide| if projected.is_some() { FillGuide { epipole: [0.0; 3], ..guide } } else { guide }))
 }
 

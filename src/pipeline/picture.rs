@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::InverseDepth;
 use crate::geometry::Model;
-use crate::warp::{Projection, Screen, project};
+use crate::warp::{Projection, ProjectionSurface, project};
 
 /// On a cylinder while nothing is farther from its middle along the axis than 45°, where it is stretched by 2: the sine.
 const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -63,18 +63,18 @@ impl Viewer {
 /// The picture's surface.
 #[derive(Debug, Clone)]
 pub(super) struct Picture {
-    /// From the reference's pixels to the rays of the screen.
+    /// From the reference's pixels to the rays of the projection surface.
     turn: Matrix3<f64>,
     /// From those rays to the reference's pixels.
     pub back: Matrix3<f64>,
     /// `None`: the reference's own plane.
-    pub screen: Option<Screen>,
+    pub surface: Option<ProjectionSurface>,
 }
 
 impl Picture {
     /// The reference's own image plane.
     pub fn plane() -> Self {
-        Self { turn: Matrix3::identity(), back: Matrix3::identity(), screen: None }
+        Self { turn: Matrix3::identity(), back: Matrix3::identity(), surface: None }
     }
 
     /// A cylinder or a sphere, or whichever suits the `photos`, of which the `reference` is one.
@@ -87,45 +87,48 @@ impl Picture {
             }
         }
         let Axes { rotation, sphere, transverse } = Axes::suiting(wanted, &rays, down)?;
-        let screen = Screen { sphere, transverse, focal, centre: [0.0; 2] };
+        let surface = ProjectionSurface { sphere, transverse, focal, centre: [0.0; 2] };
         let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
-        let mut found = Self { turn, back, screen: Some(screen) };
+        let mut found = Self { turn, back, surface: Some(surface) };
         // The reference's top left is the origin.
         let [x, y, ..] = found.bounds(reference)?;
-        found.screen = Some(Screen { centre: [-(x as f64), -(y as f64)], ..screen });
+        found.surface = Some(ProjectionSurface { centre: [-(x as f64), -(y as f64)], ..surface });
         Some(found)
     }
 
     /// What it is.
     pub fn projection(&self) -> Projection {
-        match self.screen {
+        match self.surface {
             None => Projection::Plane,
-            Some(screen) if screen.sphere => Projection::Sphere,
+            Some(surface) if surface.sphere => Projection::Sphere,
             Some(_) => Projection::Cylinder,
         }
     }
 
-    /// The maps from a photo to the rays of the screen, or the pixels of the plane, and back, by those to the reference and back, for a
+    /// The maps from a photo to the rays of the projection surface, or the pixels of the plane, and back, by those to the reference and back, for a
     /// picture whose first pixel is at `at`.
     pub fn models(&self, [forward, reverse]: [&Model; 2], at: [i64; 2]) -> [Model; 2] {
         let (mut turn, mut back) = (self.turn, self.back);
-        if self.screen.is_none() {
+        if self.surface.is_none() {
             let [x, y] = at.map(|v| v as f64);
             (turn[(0, 2)], turn[(1, 2)], back[(0, 2)], back[(1, 2)]) = (-x, -y, x, y);
         }
         [Model { h: turn * forward.h, e: turn * forward.e }, Model { h: reverse.h * back, e: reverse.e }]
     }
 
-    /// The screen of a picture whose first pixel is at `at`.
-    pub fn screen_at(&self, at: [i64; 2]) -> Option<Screen> {
-        let moved = |screen: Screen| Screen { centre: [0, 1].map(|k| screen.centre[k] - at[k] as f64), ..screen };
-        self.screen.map(moved)
+    /// The projection surface of a picture whose first pixel is at `at`.
+    pub fn surface_at(&self, at: [i64; 2]) -> Option<ProjectionSurface> {
+        let moved = |surface: ProjectionSurface| ProjectionSurface {
+            centre: [0, 1].map(|k| surface.centre[k] - at[k] as f64),
+            ..surface
+        };
+        self.surface.map(moved)
     }
 
     /// Where a photo's pixels appear, by their inverse depth.
     fn place(&self, placed: &Placed) -> impl Fn([f64; 2], f64) -> Option<[f64; 2]> {
-        let (model, screen) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.screen);
-        move |point, depth| project(screen.as_ref(), &model, point, depth)
+        let (model, surface) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.surface);
+        move |point, depth| project(surface.as_ref(), &model, point, depth)
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` where part of it is behind the plane.
@@ -169,7 +172,7 @@ impl Picture {
     }
 }
 
-/// How a screen is placed around the viewer.
+/// How a projection surface is placed around the viewer.
 struct Axes {
     /// From its axes, to the right, down and ahead, to the camera's.
     rotation: Matrix3<f64>,
@@ -178,7 +181,7 @@ struct Axes {
 }
 
 impl Axes {
-    /// For a screen, as it is wanted or as suits `rays` of length 1 to all that is shown; `down` is which way is down.
+    /// For a projection surface, as it is wanted or as suits `rays` of length 1 to all that is shown; `down` is which way is down.
     fn suiting(wanted: Option<Projection>, rays: &[Vector3<f64>], down: Vector3<f64>) -> Option<Self> {
         let middle = rays.iter().sum::<Vector3<f64>>() / rays.len() as f64;
         // What is all around has no middle.

@@ -12,26 +12,26 @@ use crate::image::{filled, zeroed};
 use crate::observer::Observer;
 use crate::rect::diagonal;
 use crate::statistics::{median, nth};
-use crate::warp::{Projection, Screen, WarpJob, WarpOptions, warp_within};
+use crate::warp::{Projection, ProjectionSurface, WarpJob, WarpOptions, warp_within};
 use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
 
-/// The reference as it appears on a screen: transparent where it shows nothing.
+/// The reference as it appears on a projection surface: transparent where it shows nothing.
 pub(super) struct ProjectedReference {
     image: Image,
-    /// Inverse depth along the rays of the screen; `None` without parallax.
+    /// Inverse depth along the rays of the projection surface; `None` without parallax.
     depth: Option<InverseDepth>,
     /// Where its depth is reliable, if that is known.
     pub reliable: Option<Mask>,
     /// What it is shown on.
     pub projection: Projection,
     /// Where the rays appear in its picture.
-    pub screen: Screen,
+    pub surface: ProjectionSurface,
     /// From the target to the rays, and back.
     pub models: [Model; 2],
 }
 
 impl ProjectedReference {
-    /// `None` where a plane is asked for, or suits, or the photos' cameras are not known well enough for a screen.
+    /// `None` where a plane is asked for, or suits, or the photos' cameras are not known well enough for a projection surface.
     ///
     /// # Errors
     /// `too-large`, `out-of-memory`, `aborted`.
@@ -56,12 +56,13 @@ impl ProjectedReference {
         let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
         let Estimate { forward, reverse, .. } = &alignment.geometry;
         let models = picture.models([forward, reverse], at);
-        let Some(screen) = picture.screen_at(at) else { return Ok(None) };
+        let Some(surface) = picture.surface_at(at) else { return Ok(None) };
         let back = &picture.back;
         let [_, reference] = alignment.views(target, reference);
-        let depth = reference.depth.map(|depth| carried_depth(depth, &image, &screen, back)).transpose()?;
-        let reliable = alignment.reliable.as_ref().map(|mask| carried_mask(mask, &image, &screen, back)).transpose()?;
-        Ok(Some(Self { image, depth, reliable, projection: picture.projection(), screen, models }))
+        let depth = reference.depth.map(|depth| carried_depth(depth, &image, &surface, back)).transpose()?;
+        let reliable =
+            alignment.reliable.as_ref().map(|mask| carried_mask(mask, &image, &surface, back)).transpose()?;
+        Ok(Some(Self { image, depth, reliable, projection: picture.projection(), surface, models }))
     }
 
     /// It, in place of the photo.
@@ -101,7 +102,7 @@ fn viewer(geometry: &Estimate, matches: &[Match], sizes: [(usize, usize); 2], op
     Viewer::upright(sizes[1], focal)
 }
 
-/// The reference on the screen, and where its first pixel is there.
+/// The reference on the projection surface, and where its first pixel is there.
 fn shown(
     picture: &Picture,
     reference: ImageView<'_>,
@@ -113,7 +114,7 @@ fn shown(
     let [forward, reverse] = picture.models([&itself; 2], [0; 2]);
     let nothing = Image::transparent(1, 1)?;
     let views = [reference, nothing.view()].map(|image| View { image, depth: None });
-    let job = WarpJob { screen: picture.screen_at([0; 2]), ..WarpJob::new(views, &forward, &reverse) };
+    let job = WarpJob { surface: picture.surface_at([0; 2]), ..WarpJob::new(views, &forward, &reverse) };
     let options = WarpOptions { depth: false, ..options.warp.clone() };
     let warped = warp_within(&job, &options, &|canvas| memory.check(canvas), observer)?;
     let (left, top) = warped.offset;
@@ -121,8 +122,13 @@ fn shown(
 }
 
 /// Calls `put` with every pixel that `image` shows, where that is in the photo, and the third coordinate of that place.
-fn for_each_place(image: &Image, screen: &Screen, back: &Matrix3<f64>, put: &mut dyn FnMut(usize, [f64; 2], f64)) {
-    let (width, rays) = (image.width(), screen.rays([0.0; 2], image.size()));
+fn for_each_place(
+    image: &Image,
+    surface: &ProjectionSurface,
+    back: &Matrix3<f64>,
+    put: &mut dyn FnMut(usize, [f64; 2], f64),
+) {
+    let (width, rays) = (image.width(), surface.rays([0.0; 2], image.size()));
     for (i, _) in image.pixels().iter().enumerate().filter(|(_, pixel)| pixel[3] != 0) {
         let ray = rays.at(i % width, i / width).map(f64::from);
         let [x, y, third] = (back * Vector3::from(ray)).into();
@@ -133,17 +139,22 @@ fn for_each_place(image: &Image, screen: &Screen, back: &Matrix3<f64>, put: &mut
 }
 
 /// A photo's inverse depth where `image` shows it; NaN elsewhere.
-fn carried_depth(depth: &InverseDepth, image: &Image, screen: &Screen, back: &Matrix3<f64>) -> Result<InverseDepth> {
+fn carried_depth(
+    depth: &InverseDepth,
+    image: &Image,
+    surface: &ProjectionSurface,
+    back: &Matrix3<f64>,
+) -> Result<InverseDepth> {
     let mut values = filled(image.width() * image.height(), f32::NAN)?;
-    for_each_place(image, screen, back, &mut |i, [x, y], third| values[i] = (depth.sample(x, y) * third) as f32);
+    for_each_place(image, surface, back, &mut |i, [x, y], third| values[i] = (depth.sample(x, y) * third) as f32);
     Ok(InverseDepth::from_values(values, image.width(), image.height()))
 }
 
 /// A photo's mask where `image` shows it, by the nearest pixel; 0 elsewhere.
-fn carried_mask(mask: &Mask, image: &Image, screen: &Screen, back: &Matrix3<f64>) -> Result<Mask> {
+fn carried_mask(mask: &Mask, image: &Image, surface: &ProjectionSurface, back: &Matrix3<f64>) -> Result<Mask> {
     let mut marks = zeroed(image.width() * image.height())?;
     let nearest = |at: f64, side: usize| (at.round().max(0.0) as usize).min(side - 1);
-    for_each_place(image, screen, back, &mut |i, [x, y], _| {
+    for_each_place(image, surface, back, &mut |i, [x, y], _| {
         marks[i] = mask.data()[nearest(y, mask.height()) * mask.width() + nearest(x, mask.width())];
     });
     Ok(Mask::from_bytes(marks, image.width(), image.height()))

@@ -5,9 +5,9 @@ use wide::{CmpGt, CmpLt, f32x4, i32x4};
 
 use super::batch::{BATCH, Batch, Covered};
 use super::canvas::Canvas;
+use super::projection_surface::Rays;
 use super::sample::{Tap, Taps};
 use super::scene::Scene;
-use super::screen::Rays;
 use super::{RELIABLE, WarpMode};
 use crate::geometry::{Model, Undistortion};
 use crate::lanes::LANES;
@@ -126,7 +126,7 @@ pub(super) struct Locator<'a> {
     lens: Option<Lens>,
     /// Width and height of a cell in target pixels.
     step: [f32x4; 2],
-    reverse: Projection,
+    reverse: ProjectionMatrix,
     /// Those of the reference's pixels, unless it is projected onto a plane.
     rays: Option<Rays>,
     /// Whether there are voids outside the reference, and in the overlap.
@@ -147,8 +147,8 @@ impl<'a> Locator<'a> {
             target: size,
             lens: scene.distorted.map(|distorted| Lens::new(&distorted.lens)),
             step: step.map(|step| f32x4::splat(step as f32)),
-            reverse: Projection::new(scene.reverse),
-            rays: scene.screen.map(|screen| screen.rays([0.0; 2], scene.reference.size())),
+            reverse: ProjectionMatrix::new(scene.reverse),
+            rays: scene.surface.map(|surface| surface.rays([0.0; 2], scene.reference.size())),
             recover: match scene.options.mode {
                 WarpMode::Backward => [false; 2],
                 WarpMode::Soft => [true, false],
@@ -269,9 +269,9 @@ impl Lens {
 }
 
 /// A model in single precision, for four points at once.
-struct Projection([[f32; 4]; 3]);
+struct ProjectionMatrix([[f32; 4]; 3]);
 
-impl Projection {
+impl ProjectionMatrix {
     fn new(model: &Model) -> Self {
         let row = |i: usize| [model.h[(i, 0)], model.h[(i, 1)], model.h[(i, 2)], model.e[i]].map(|v| v as f32);
         Self([row(0), row(1), row(2)])

@@ -9,7 +9,7 @@ use crate::{Image, InverseDepth};
 /// the reference's frame: d' = d/λ' with λ' x̃' = H s̃ + e·d. `None` of no depth.
 ///
 /// The place s in the target is not needed: taking the product with c = h₁×h₂ of H's first two columns leaves
-/// λ'·(c·x̃') = det H + d·(c·e), even when H is singular. On a screen x̃' is the ray of the pixel.
+/// λ'·(c·x̃') = det H + d·(c·e), even when H is singular. On a projection surface x̃' is the ray of the pixel.
 pub(super) fn in_reference_frame(
     mut depth: Vec<f32>,
     image: &Image,
@@ -23,8 +23,8 @@ pub(super) fn in_reference_frame(
     let columns: [Vector3<f64>; 3] = [0, 1, 2].map(|k| model.h.column(k).into_owned());
     let c = columns[0].cross(&columns[1]);
     let (det, ce, step) = (c.dot(&columns[2]) as f32, c.dot(&model.e) as f32, c.x as f32);
-    if let Some(screen) = &map.screen {
-        let rays = screen.rays([-(offset.0 as f64), -(offset.1 as f64)], image.size());
+    if let Some(surface) = &map.surface {
+        let rays = surface.rays([-(offset.0 as f64), -(offset.1 as f64)], image.size());
         let c = [c.x as f32, c.y as f32, c.z as f32];
         for (i, (d, pixel)) in depth.iter_mut().zip(image.pixels()).enumerate() {
             let [x, y, z] = rays.at(i % image.width(), i / image.width());

@@ -12,9 +12,9 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
     let (width, height) = scene.target.size();
     let row = scene.reference.width();
     let (mut sum, mut pixels) = (0.0, f64::MIN_POSITIVE);
-    let back = |x: f64, y: f64, d: f64| match &scene.screen {
-        Some(screen) => {
-            let place = scene.reverse.h * screen.ray([x, y]) + scene.reverse.e * d;
+    let back = |x: f64, y: f64, d: f64| match &scene.surface {
+        Some(surface) => {
+            let place = scene.reverse.h * surface.ray([x, y]) + scene.reverse.e * d;
             (place[2] > 0.0).then(|| [place[0] / place[2], place[1] / place[2]])
         }
         None => scene.reverse.project(x, y, d),

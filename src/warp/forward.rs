@@ -28,7 +28,7 @@ pub(super) fn splat(
     for y in 0..h {
         for x in 0..w {
             let d = depth.map_or(0.0, |d| f64::from(d.data()[y * w + x]));
-            let place = project(map.screen.as_ref(), map.model, [x as f64, y as f64], d);
+            let place = project(map.surface.as_ref(), map.model, [x as f64, y as f64], d);
             let Some([u, v]) = place else { continue };
             let u = (u + 0.5).floor() + canvas.offset.0 as f64;
             let v = (v + 0.5).floor() + canvas.offset.1 as f64;

@@ -2,7 +2,7 @@
 
 use wide::{CmpEq, CmpGt, f64x2, i32x4};
 
-use super::Screen;
+use super::ProjectionSurface;
 use super::canvas::Limits;
 use crate::geometry::Model;
 use crate::image::{filled, zeroed};
@@ -25,7 +25,7 @@ pub(super) const INVALID: i32 = i32::MIN;
 pub(super) struct Map<'a> {
     pub model: &'a Model,
     /// What the model's image is projected onto, other than a plane.
-    pub screen: Option<Screen>,
+    pub surface: Option<ProjectionSurface>,
     /// Where the target ends within its frame; `None` where all of it is there.
     pub outside: Option<&'a Mask>,
     pub limits: Limits,
@@ -215,7 +215,7 @@ impl Vertices {
 /// The map along a row of the target: the homogeneous coordinates are h x + c + e d each.
 struct RowProjection<'a> {
     terms: [[f64x2; 3]; 3],
-    screen: Option<&'a Screen>,
+    surface: Option<&'a ProjectionSurface>,
 }
 
 impl<'a> RowProjection<'a> {
@@ -223,24 +223,24 @@ impl<'a> RowProjection<'a> {
     fn new(map: &'a Map<'_>, y: f64) -> Self {
         let Model { h, e } = map.model;
         let terms = [0, 1, 2].map(|k| [h[(k, 0)], h[(k, 1)] * y + h[(k, 2)], e[k]].map(f64x2::splat));
-        Self { terms, screen: map.screen.as_ref() }
+        Self { terms, surface: map.surface.as_ref() }
     }
 
     /// Images of two points, and which of them are neither behind the camera nor a hole, where all is NaN.
     #[inline(always)]
     fn project(&self, x: f64x2, d: f64x2) -> ([f64x2; 2], f64x2) {
         let [u, v, w] = self.terms.map(|[h, c, e]| h * x + c + e * d);
-        if let Some(screen) = self.screen {
-            return Self::around(screen, [u, v, w]);
+        if let Some(surface) = self.surface {
+            return Self::around(surface, [u, v, w]);
         }
         let scale = f64x2::splat(1.0) / w;
         ([u * scale, v * scale], scale.cmp_gt(f64x2::splat(0.0)))
     }
 
     /// Images of two rays.
-    fn around(screen: &Screen, rays: [f64x2; 3]) -> ([f64x2; 2], f64x2) {
+    fn around(surface: &ProjectionSurface, rays: [f64x2; 3]) -> ([f64x2; 2], f64x2) {
         let [[x0, x1], [y0, y1], [z0, z1]] = rays.map(f64x2::to_array);
-        let ([u0, v0], [u1, v1]) = (screen.project([x0, y0, z0]), screen.project([x1, y1, z1]));
+        let ([u0, v0], [u1, v1]) = (surface.project([x0, y0, z0]), surface.project([x1, y1, z1]));
         let v = f64x2::new([v0, v1]);
         ([f64x2::new([u0, u1]), v], v.cmp_eq(v))
     }
@@ -329,7 +329,7 @@ mod tests {
         outside.data_mut()[30..37].fill(255);
         let reference = Image::transparent(40, 30).unwrap();
         for (outside, cells) in [(None, (0, 0)), (Some(&outside), (0, 0)), (None, (9, 5))] {
-            let map = Map { model: &model, screen: None, outside, limits: Limits::new(reference.size(), 0.1) };
+            let map = Map { model: &model, surface: None, outside, limits: Limits::new(reference.size(), 0.1) };
             let rows = |most_kept| {
                 let grid = VertexGrid::keeping(most_kept, size, Some(&depth), &map, cells).unwrap();
                 let mut rows = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! | paper | equations | file |
 //! |---|---|---|
-//! | 3.2.1 forward map of the grid | 4 | `grid.rs`, onto a `screen.rs` if wanted; `forward.rs` is direct forward mapping |
+//! | 3.2.1 forward map of the grid | 4 | `grid.rs`, onto a `projection_surface.rs` if wanted; `forward.rs` is direct forward mapping |
 //! | 3.2.1 backward rendering | | `render.rs`, `raster.rs`, `cell.rs`, `sample.rs` |
 //! | 3.2.2 void region recovery | 10 to 12 | `candidates.rs` in the overlap, `stretch.rs` outside; `outline.rs` is ours |
 //! | 3.2.3 overlapped pixels | 13 to 15 | `selection.rs` |
@@ -16,11 +16,11 @@ mod difference;
 mod forward;
 mod grid;
 mod outline;
+mod projection_surface;
 mod raster;
 mod render;
 mod sample;
 mod scene;
-mod screen;
 mod selection;
 mod stretch;
 mod trim;
@@ -33,9 +33,9 @@ use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 
 pub(crate) use canvas::{Limits, bytes_per_pixel};
 pub(crate) use grid::MOST_KEPT;
+pub use projection_surface::Projection;
+pub(crate) use projection_surface::{ProjectionSurface, project};
 pub(crate) use sample::bilinear;
-pub use screen::Projection;
-pub(crate) use screen::{Screen, project};
 
 /// How the target is rendered into the reference's view (paper, table 2, rows 3, 4, 5 and 8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -169,7 +169,7 @@ pub(crate) struct WarpJob<'a> {
     pub reverse: &'a Model,
     /// What the reference is projected onto, other than a plane: then the models lead to its rays instead of its pixels, and
     /// back from them.
-    pub screen: Option<Screen>,
+    pub surface: Option<ProjectionSurface>,
     /// The farthest that the target may appear on a plane, where the reference is no photo whose size would say that.
     pub limits: Option<Limits>,
     /// The photo with the distortion of its lens, where the target is that without: then colours are read from it, and it ends
@@ -186,7 +186,7 @@ pub(crate) struct Distorted<'a> {
 
 impl<'a> WarpJob<'a> {
     pub fn new([target, reference]: [View<'a>; 2], forward: &'a Model, reverse: &'a Model) -> Self {
-        Self { target, reference, forward, reverse, screen: None, limits: None, distorted: None }
+        Self { target, reference, forward, reverse, surface: None, limits: None, distorted: None }
     }
 }
 
@@ -197,18 +197,18 @@ pub(crate) fn warp_within(
     check_canvas: &dyn Fn((usize, usize)) -> Result<()>,
     observer: &mut dyn Observer,
 ) -> Result<Warped> {
-    let &WarpJob { target, reference, forward, reverse, screen, limits, distorted } = job;
+    let &WarpJob { target, reference, forward, reverse, surface, limits, distorted } = job;
     check(&target, &reference, forward, reverse, options)?;
     report(observer, Stage::Warp, 0.0)?;
     // Without parallax depth plays no part, so neither do its holes.
     let target_depth = holes::resolve(target.depth.filter(|_| forward.has_parallax()), options.holes)?;
-    let limits = match (&screen, limits) {
-        (Some(screen), _) => screen.limits(),
+    let limits = match (&surface, limits) {
+        (Some(surface), _) => surface.limits(),
         (None, Some(limits)) => limits,
         (None, None) => Limits::new(reference.image.size(), options.canvas_limit),
     };
     let outside = outside(target.image)?;
-    let map = grid::Map { model: forward, screen, outside: outside.as_ref(), limits };
+    let map = grid::Map { model: forward, surface, outside: outside.as_ref(), limits };
     let grid = grid::VertexGrid::map(target.image.size(), target_depth.as_deref(), &map, options.grid)?;
     let canvas = canvas::Canvas::around(grid.bounds, &reference.image);
     check_canvas((canvas.width, canvas.height))?;
@@ -232,7 +232,7 @@ pub(crate) fn warp_within(
             reference: reference.image,
             reference_depth: reference_depth.as_deref(),
             reverse,
-            screen,
+            surface,
             options,
         };
         let mut out = render::Output { image: &mut image, footprint: &mut footprint, confidence: confidence.as_mut() };

@@ -1,6 +1,6 @@
 //! What is rendered, and what it is compared with.
 
-use super::{Distorted, Screen, WarpOptions};
+use super::{Distorted, ProjectionSurface, WarpOptions};
 use crate::geometry::Model;
 use crate::{ImageView, InverseDepth, Mask};
 
@@ -13,8 +13,8 @@ pub(super) struct Scene<'a> {
     pub target_depth: Option<&'a InverseDepth>,
     pub reference: ImageView<'a>,
     pub reference_depth: Option<&'a InverseDepth>,
-    /// From the reference's pixels, or the rays of its screen.
+    /// From the reference's pixels, or the rays of its projection surface.
     pub reverse: &'a Model,
-    pub screen: Option<Screen>,
+    pub surface: Option<ProjectionSurface>,
     pub options: &'a WarpOptions,
 }

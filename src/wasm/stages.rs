@@ -13,7 +13,7 @@ use super::signatures::*;
 use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
-use crate::pipeline::{self, Job, Known, Memory, TakeDepth, check_inputs};
+use crate::pipeline::{self, DepthSink, Job, Memory, Precomputed, check_inputs};
 use crate::warp::WarpOptions;
 use crate::{InverseDepth, Result, Stage};
 use crate::{features, metrics, mosaic, warp};
@@ -53,14 +53,14 @@ pub fn stitch(
         let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
         let photos = Photos::read(target, reference, inputs, &check)?;
         let matches = matches::optional(inputs)?;
-        let known = Known { matches: matches.as_deref(), features: matches::optional_features(inputs)? };
+        let known = Precomputed { matches: matches.as_deref(), features: matches::optional_features(inputs)? };
         let input_time = observer.now() - start;
         let result = JsValue::from(Object::new());
         let mut put_depth = |side: usize, map: Cow<'_, InverseDepth>| results::put_depth(&result, side, &map);
-        let take: Option<&mut TakeDepth<'_>> =
+        let take: Option<&mut DepthSink<'_>> =
             if get(inputs, "outputDepth").is_truthy() { Some(&mut put_depth) } else { None };
         let [target, reference] = [photos.target(), photos.reference()];
-        let done = pipeline::stitch_giving_depth(known, target, reference, &options, take, observer)?;
+        let done = pipeline::stitch_with_depth_sink(known, target, reference, &options, take, observer)?;
         results::add_geometry(&result, &done.geometry, &done.warnings);
         let outputs = Outputs::of(inputs);
         results::add_warped(&result, &done.warped, &outputs);
@@ -195,8 +195,8 @@ pub fn align(
         let options = options::from_js(options)?;
         let photos = Photos::read(target, reference, inputs, &|job| Memory::of(job, &options).check((0, 0)))?;
         let given = matches::optional(inputs)?;
-        let known = Known { matches: given.as_deref(), features: matches::optional_features(inputs)? };
-        let alignment = pipeline::align_known(known, photos.target(), photos.reference(), &options, observer)?;
+        let known = Precomputed { matches: given.as_deref(), features: matches::optional_features(inputs)? };
+        let alignment = pipeline::align_precomputed(known, photos.target(), photos.reference(), &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
         let matches = alignment.matches.as_deref().or(given.as_deref());

@@ -25,14 +25,14 @@ const NEWTON: usize = 6;
 
 /// What may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Freedom {
+pub(super) struct FreeParameters {
     /// Translations and depth, besides rotations and the focal length.
     pub positions: bool,
     /// The lens' distortion.
     pub distortion: bool,
 }
 
-impl Freedom {
+impl FreeParameters {
     /// Of cameras that turn in one place.
     pub const ROTATIONS: Self = Self { positions: false, distortion: false };
     /// Rotations, translations, depth.
@@ -40,8 +40,8 @@ impl Freedom {
 }
 
 /// Adjusts the scene; the camera of `root` stays. `focal` is mean and standard deviation of the prior of ln(focal length).
-pub(super) fn adjust(scene: &mut Scene, root: usize, freedom: Freedom, focal: [f64; 2], iterations: usize) {
-    let problem = Reprojection::of(scene, root, freedom, focal);
+pub(super) fn adjust(scene: &mut Scene, root: usize, free: FreeParameters, focal: [f64; 2], iterations: usize) {
+    let problem = Reprojection::of(scene, root, free, focal);
     *scene = minimise(&problem, scene.clone(), TOLERANCE, iterations).0;
 }
 
@@ -54,9 +54,9 @@ struct Reprojection {
 }
 
 impl Reprojection {
-    fn of(scene: &Scene, root: usize, freedom: Freedom, focal: [f64; 2]) -> Self {
-        let pairs = if freedom.positions { two_view_pairs(scene) } else { Vec::new() };
-        Self { unknowns: Unknowns::of(scene, root, freedom), pairs, focal }
+    fn of(scene: &Scene, root: usize, free: FreeParameters, focal: [f64; 2]) -> Self {
+        let pairs = if free.positions { two_view_pairs(scene) } else { Vec::new() };
+        Self { unknowns: Unknowns::of(scene, root, free), pairs, focal }
     }
 }
 
@@ -76,7 +76,7 @@ impl LeastSquares for Reprojection {
         }
         let (common, [mean, deviation]) = (&mut equations.common, self.focal);
         common.add_prior(0, libm::log(scene.focal) - mean, deviation);
-        if self.unknowns.freedom.distortion {
+        if self.unknowns.free.distortion {
             common.add_prior(1, scene.distortion.0, DISTORTION_PRIOR);
         }
         for (photo, at) in self.unknowns.shares.iter().enumerate() {
@@ -90,7 +90,7 @@ impl LeastSquares for Reprojection {
     fn moved(&self, scene: &Scene, step: &Step) -> Scene {
         let mut moved = scene.clone();
         moved.focal *= libm::exp(step.common[0]);
-        if self.unknowns.freedom.distortion {
+        if self.unknowns.free.distortion {
             moved.distortion.0 += step.common[1];
         }
         for (share, at) in moved.shares.iter_mut().zip(&self.unknowns.shares) {
@@ -100,7 +100,7 @@ impl LeastSquares for Reprojection {
             if let (Some(camera), Some(at)) = (camera, *offset) {
                 let three = |at: usize| step.common.fixed_rows::<3>(at).into_owned();
                 camera.rotation = small_rotation(three(at)) * camera.rotation;
-                if self.unknowns.freedom.positions {
+                if self.unknowns.free.positions {
                     camera.translation += three(at + 3);
                 }
             }
@@ -108,7 +108,7 @@ impl LeastSquares for Reprojection {
         for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
             landmark.depth += step;
         }
-        if self.unknowns.freedom.positions {
+        if self.unknowns.free.positions {
             moved.scale(best_scale(&moved, &self.pairs));
         }
         moved
@@ -174,7 +174,7 @@ impl SceneEquations {
             let [x, y] = row.depth.map(|slope| weight * slope);
             depth.square += x * row.depth[0] + y * row.depth[1];
             depth.gradient += x * row.error[0] + y * row.error[1];
-            if unknowns.freedom.positions {
+            if unknowns.free.positions {
                 for (i, (at, slopes)) in slopes.iter().enumerate() {
                     let value = x * slopes[0] + y * slopes[1];
                     match depth.mixed.get_mut(i) {
@@ -300,8 +300,8 @@ mod tests {
         for (start, (positions, distortion)) in
             [scene(), scene_of_pairs()].iter().flat_map(|s| freedoms.map(|f| (s, f)))
         {
-            let (freedom, landmarks) = (Freedom { positions, distortion }, start.landmarks.len());
-            let problem = Reprojection::of(start, 0, freedom, [-0.35, 0.35]);
+            let (free, landmarks) = (FreeParameters { positions, distortion }, start.landmarks.len());
+            let problem = Reprojection::of(start, 0, free, [-0.35, 0.35]);
             let none = || Step { common: DVector::zeros(problem.unknowns.count), depths: vec![0.0; landmarks] };
             let start = problem.moved(start, &none());
             if positions {
@@ -327,7 +327,7 @@ mod tests {
             let depths = (0..landmarks)
                 .map(|i| (equations.depths[i].gradient, slope(&|step: &mut Step, by| step.depths[i] = by)));
             for (i, (gradient, slope)) in common.chain(depths).enumerate() {
-                assert!((gradient - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{freedom:?} {i}: {gradient} {slope}");
+                assert!((gradient - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{free:?} {i}: {gradient} {slope}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Which geometry explains all photos: cameras with parallax, cameras that turned, or homographies.
 
-use super::bundle::Freedom;
+use super::bundle::FreeParameters;
 use super::growth::{LANDMARKS, around, finish, grow};
 use super::homographies::Chain;
 use super::lens::{COUNT_RATIO, with_distortion};
@@ -12,7 +12,7 @@ use super::rotations::{are_wide, average};
 use super::scene::{Camera, Scene};
 use super::self_calibration::{Focal, calibrate};
 use super::solution::{MultiView, MultiViewKind, Solved};
-use super::tracks::{Track, thinned, tracks};
+use super::tracks::{Track, select_tracks, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::Distortion;
 
@@ -98,24 +98,30 @@ impl Pairs<'_> {
         }
         let tracks = tracks(lenses, &links);
         // For a comparison, and where it is chosen it has few unknowns.
-        finish(&mut scene, &thinned(&tracks, lenses.len(), LANDMARKS), self.root, Freedom::ROTATIONS, focal.prior);
+        finish(
+            &mut scene,
+            &select_tracks(&tracks, lenses.len(), LANDMARKS),
+            self.root,
+            FreeParameters::ROTATIONS,
+            focal.prior,
+        );
         scene.triangulate(&tracks, TOLERANCE);
-        self.candidate(scene, &tracks, contradicting, Freedom::ROTATIONS, focal.prior)
+        self.candidate(scene, &tracks, contradicting, FreeParameters::ROTATIONS, focal.prior)
     }
 
     /// Cameras in different places.
     fn grown(&self, focal: &Focal, rotations: &Rotations) -> Option<Candidate> {
         let tracks = tracks(self.lenses, &self.consistent(&rotations.contradicting));
         let scene = grow(self.lenses, focal, &tracks, &rotations.poses, &rotations.photos)?;
-        Some(self.candidate(scene, &tracks, &rotations.contradicting, Freedom::POSES, focal.prior))
+        Some(self.candidate(scene, &tracks, &rotations.contradicting, FreeParameters::POSES, focal.prior))
     }
 
     /// Cameras in different places around the one that others turned in.
     fn around(&self, turned: &Candidate, prior: [f64; 2]) -> Candidate {
         let tracks = tracks(self.lenses, &self.consistent(&turned.contradicting));
-        let freedom = Freedom { distortion: self.may_distort, ..Freedom::POSES };
-        let scene = around(&turned.scene, &tracks, self.root, freedom, prior);
-        self.candidate(scene, &tracks, &turned.contradicting, Freedom::POSES, prior)
+        let free = FreeParameters { distortion: self.may_distort, ..FreeParameters::POSES };
+        let scene = around(&turned.scene, &tracks, self.root, free, prior);
+        self.candidate(scene, &tracks, &turned.contradicting, FreeParameters::POSES, prior)
     }
 
     fn candidate(
@@ -123,11 +129,11 @@ impl Pairs<'_> {
         mut scene: Scene,
         tracks: &[Track],
         contradicting: &[usize],
-        freedom: Freedom,
+        free: FreeParameters,
         prior: [f64; 2],
     ) -> Candidate {
         if self.may_distort {
-            scene = with_distortion(scene, tracks, self.root, freedom, prior);
+            scene = with_distortion(scene, tracks, self.root, free, prior);
         }
         let close = |photo: usize, distance: f64| distance < EXPLAINED * scene.diagonals[photo];
         let seen = scene.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(move |o| (landmark, o)));

@@ -4,12 +4,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
-use super::bundle::{Freedom, adjust};
+use super::bundle::{FreeParameters, adjust};
 use super::relative_pose::RelativePose;
 use super::resection::{LandmarkObservation, TOLERANCE, resect};
 use super::scene::{Camera, Landmark, Scene};
 use super::self_calibration::Focal;
-use super::tracks::{Track, thinned};
+use super::tracks::{Track, select_tracks};
 use crate::sampler::Sampler;
 use crate::statistics::median;
 
@@ -42,10 +42,10 @@ pub(super) fn grow(
     // The motion is (R, t) = (R₂R₁ᵀ, t₂ − R t₁) with t₁ = 0.
     scene.cameras[second] = rotations[second].map(|rotation| Camera { rotation, translation: direction });
     let all = tracks;
-    let tracks = &thinned(all, lenses.len(), LANDMARKS)[..];
+    let tracks = &select_tracks(all, lenses.len(), LANDMARKS)[..];
     scene.triangulate(tracks, LOOSE);
     scene.normalise();
-    adjust(&mut scene, first, Freedom::POSES, focal.prior, SOME);
+    adjust(&mut scene, first, FreeParameters::POSES, focal.prior, SOME);
     let mut sampler = Sampler::new(1);
     let mut refused = vec![false; lenses.len()];
     let (mut placed, mut adjusted) = (2, 2);
@@ -70,40 +70,40 @@ pub(super) fn grow(
             adjusted = placed;
             scene.triangulate(tracks, LOOSE);
             scene.normalise();
-            adjust(&mut scene, first, Freedom::POSES, focal.prior, SOME);
+            adjust(&mut scene, first, FreeParameters::POSES, focal.prior, SOME);
         }
     }
-    finish(&mut scene, all, first, Freedom::POSES, focal.prior);
+    finish(&mut scene, all, first, FreeParameters::POSES, focal.prior);
     Some(scene)
 }
 
 /// A scene that starts from cameras that were found to turn, as if held at arm's length: each is one unit ahead, along its optical axis, of
 /// the point that all turn around. One photo after another, what is wrong with each would add up along a full turn.
-pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
+pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, free: FreeParameters, prior: [f64; 2]) -> Scene {
     let mut scene = turned.clone();
     for camera in scene.cameras.iter_mut().flatten() {
         camera.translation = -Vector3::z();
     }
-    finish(&mut scene, tracks, root, freedom, prior);
+    finish(&mut scene, tracks, root, free, prior);
     scene
 }
 
 /// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance: at last of all of them.
-pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) {
+pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, free: FreeParameters, prior: [f64; 2]) {
     // Rotations alone are a coarse initial estimate.
-    let first = if freedom.positions { LOOSE } else { 10.0 * LOOSE };
-    let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
+    let first = if free.positions { LOOSE } else { 10.0 * LOOSE };
+    let few = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
     let steps = [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE];
     for (tolerance, tracks) in steps.into_iter().zip([&few[..], &few, &few, &few, tracks]) {
         scene.triangulate(tracks, tolerance);
-        if freedom.positions {
+        if free.positions {
             scene.normalise();
         }
-        adjust(scene, root, freedom, prior, MANY);
+        adjust(scene, root, free, prior, MANY);
         scene.estimate_noise();
     }
     scene.triangulate(tracks, TOLERANCE);
-    if freedom.positions {
+    if free.positions {
         scene.normalise();
     }
 }

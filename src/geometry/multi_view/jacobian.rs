@@ -2,14 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::bundle::Freedom;
+use super::bundle::FreeParameters;
 use super::scene::{Camera, Landmark, Scene};
 use super::tracks::Observation;
 use crate::geometry::epipolar::Motion;
 
 /// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
 pub(super) struct Unknowns {
-    pub freedom: Freedom,
+    pub free: FreeParameters,
     /// The first one of each photo's pose; `None` where it stays.
     pub offsets: Vec<Option<usize>>,
     /// Each photo's share of the focal length; `None` where it stays.
@@ -19,9 +19,9 @@ pub(super) struct Unknowns {
 }
 
 impl Unknowns {
-    pub fn of(scene: &Scene, root: usize, freedom: Freedom) -> Self {
-        let per_photo = if freedom.positions { 6 } else { 3 };
-        let mut count = if freedom.distortion { 2 } else { 1 };
+    pub fn of(scene: &Scene, root: usize, free: FreeParameters) -> Self {
+        let per_photo = if free.positions { 6 } else { 3 };
+        let mut count = if free.distortion { 2 } else { 1 };
         let (mut offsets, mut shares) = (Vec::new(), Vec::new());
         let mut next = |is_unknown: bool, size: usize| {
             count += if is_unknown { size } else { 0 };
@@ -31,7 +31,7 @@ impl Unknowns {
             offsets.push(next(camera.is_some() && photo != root, per_photo));
             shares.push(next(camera.is_some() && scene.estimates[photo].is_some(), 1));
         }
-        Self { freedom, offsets, shares, per_photo, count }
+        Self { free, offsets, shares, per_photo, count }
     }
 }
 
@@ -93,7 +93,7 @@ impl Row {
         let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
         let enlarged = [scale * p[0], scale * p[1]];
         row.put(0, [0, 1].map(|k| bent[k] + enlarged[k]));
-        if unknowns.freedom.distortion {
+        if unknowns.free.distortion {
             let [of_ray, of_place] = [&landmark.anchor, o].map(|o| scene.distortion.slope(o.place));
             let (f, unit) = (scene.focal(photos[0]), scene.diagonals[o.photo]);
             let moved = of_anchor.map(|slope| (slope[0] * of_ray[0] + slope[1] * of_ray[1]) / f);
@@ -114,7 +114,7 @@ impl Row {
     pub fn put_pose(&mut self, unknowns: &Unknowns, photo: usize, turn: [Vector3<f64>; 2], shift: [Vector3<f64>; 2]) {
         let Some(at) = unknowns.offsets[photo] else { return };
         (0..3).for_each(|k| self.put(at + k, turn.map(|slopes| slopes[k])));
-        if unknowns.freedom.positions {
+        if unknowns.free.positions {
             (0..3).for_each(|k| self.put(at + 3 + k, shift.map(|slopes| slopes[k])));
         }
     }

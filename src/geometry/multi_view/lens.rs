@@ -1,10 +1,10 @@
 //! The radial distortion of the lens, where the matches show one.
 
-use super::bundle::{Freedom, adjust};
+use super::bundle::{FreeParameters, adjust};
 use super::growth::{LANDMARKS, MANY};
 use super::resection::TOLERANCE;
 use super::scene::{MOST_NOISE, Scene};
-use super::tracks::{Track, thinned};
+use super::tracks::{Track, select_tracks};
 use crate::geometry::Distortion;
 
 /// Lenses distort if that brings the noise down to this share of what it is otherwise, while no fewer places are explained than this
@@ -13,23 +13,29 @@ const NOISE_RATIO: f64 = 0.89;
 pub(super) const COUNT_RATIO: f64 = 0.98;
 
 /// The finished scene with the distortion that explains it, if that does so clearly better than none: else without any.
-pub(super) fn with_distortion(scene: Scene, tracks: &[Track], root: usize, freedom: Freedom, prior: [f64; 2]) -> Scene {
-    let few = thinned(tracks, scene.cameras.len(), LANDMARKS);
-    let adjusted = |scene: &Scene, freedom: Freedom| {
+pub(super) fn with_distortion(
+    scene: Scene,
+    tracks: &[Track],
+    root: usize,
+    free: FreeParameters,
+    prior: [f64; 2],
+) -> Scene {
+    let few = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
+    let adjusted = |scene: &Scene, free: FreeParameters| {
         let mut scene = scene.clone();
         for (tolerance, tracks) in [(3.0 * TOLERANCE, &few[..]), (TOLERANCE, &few), (TOLERANCE, tracks)] {
             scene.triangulate(tracks, tolerance);
-            if freedom.positions {
+            if free.positions {
                 scene.normalise();
             }
-            adjust(&mut scene, root, freedom, prior, MANY);
+            adjust(&mut scene, root, free, prior, MANY);
             scene.estimate_noise();
         }
         scene.triangulate(tracks, TOLERANCE);
         scene
     };
-    let distorted = adjusted(&scene, Freedom { distortion: true, ..freedom });
-    let straight = |scene: &Scene| adjusted(&Scene { distortion: Distortion::default(), ..scene.clone() }, freedom);
+    let distorted = adjusted(&scene, FreeParameters { distortion: true, ..free });
+    let straight = |scene: &Scene| adjusted(&Scene { distortion: Distortion::default(), ..scene.clone() }, free);
     let scene = if scene.distortion == Distortion::default() { scene } else { straight(&scene) };
     let noise = |scene: &Scene| scene.residual_noise().unwrap_or(f64::INFINITY);
     let explained = |scene: &Scene| scene.landmarks.iter().map(|landmark| landmark.seen.len()).sum::<usize>() as f64;

@@ -31,7 +31,7 @@ pub use choice::multi_view;
 pub(crate) use least_squares::Equations;
 pub use scene::Camera;
 pub(crate) use self_calibration::pair_focal;
-pub use solution::{MultiView, MultiViewKind, Sight};
+pub use solution::{MultiView, MultiViewKind, ObservedPair};
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -2,13 +2,13 @@
 
 use nalgebra::Matrix3;
 
-use super::bundle::Freedom;
+use super::bundle::FreeParameters;
 use super::growth::{LANDMARKS, finish};
 use super::homographies::Chain;
 use super::resection::TOLERANCE;
 use super::scene::{Camera, Scene};
 use super::self_calibration::calibrate;
-use super::tracks::{Observation, Track, thinned, tracks};
+use super::tracks::{Observation, Track, select_tracks, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::{DepthSample, Distortion, Model};
 use crate::rect::diagonal;
@@ -58,7 +58,7 @@ pub(super) enum Solved {
 
 /// A point that two photos show.
 #[derive(Debug, Clone, Copy)]
-pub struct Sight {
+pub struct ObservedPair {
     /// Their indices.
     pub photos: [usize; 2],
     /// Where either shows it, in pixels.
@@ -106,10 +106,10 @@ impl MultiView {
         scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
     }
 
-    /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::sharpen`].
+    /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::refine_observations`].
     pub fn refine(&mut self, links: &[PairLink]) {
         let tracks = tracks(&self.lenses, links);
-        let enough = thinned(&tracks, self.lenses.len(), LANDMARKS);
+        let enough = select_tracks(&tracks, self.lenses.len(), LANDMARKS);
         self.adjust_to(&enough);
         if enough.len() < tracks.len()
             && let (Solved::Scene(scene), MultiViewKind::Cameras) = (&mut self.solved, self.kind)
@@ -118,9 +118,9 @@ impl MultiView {
         }
     }
 
-    /// Adjusts the cameras once more when `sharpen` has said where exactly photos show what others do: to these places alone, as
+    /// Adjusts the cameras once more when `locate` has said where exactly photos show what others do: to these places alone, as
     /// long as each photo has some.
-    pub fn sharpen(&mut self, sharpen: &mut dyn FnMut(&Sight) -> Option<[f64; 2]>) {
+    pub fn refine_observations(&mut self, locate: &mut dyn FnMut(&ObservedPair) -> Option<[f64; 2]>) {
         let Solved::Scene(scene) = &self.solved else { return };
         let (mut all, mut exact) = (Vec::new(), Vec::new());
         let mut counts = vec![0; self.lenses.len()];
@@ -129,8 +129,9 @@ impl MultiView {
             let mut tracks = [vec![anchor], vec![anchor]];
             for o in &landmark.seen {
                 let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
-                let sight = Sight { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
-                let place = sharpen(&sight).map(|place| self.lenses[o.photo].centred(place));
+                let observed =
+                    ObservedPair { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
+                let place = locate(&observed).map(|place| self.lenses[o.photo].centred(place));
                 tracks[0].push(Observation { place: place.unwrap_or(o.place), ..*o });
                 if let Some(place) = place {
                     tracks[1].push(Observation { place, ..*o });
@@ -158,7 +159,7 @@ impl MultiView {
             if self.given {
                 scene.triangulate(tracks, TOLERANCE);
             } else {
-                finish(scene, tracks, first, Freedom::POSES, self.prior);
+                finish(scene, tracks, first, FreeParameters::POSES, self.prior);
             }
         }
     }

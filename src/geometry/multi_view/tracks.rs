@@ -76,7 +76,7 @@ const FEW_PHOTOS: usize = 8;
 
 /// Of many photos enough of the tracks for each to have `count` of them, as far as there are so many, in their order. The longest are
 /// preferred: they tie most photos together. All of few photos.
-pub(super) fn thinned(tracks: &[Track], photos: usize, count: usize) -> Vec<Track> {
+pub(super) fn select_tracks(tracks: &[Track], photos: usize, count: usize) -> Vec<Track> {
     let mut present = vec![false; photos];
     tracks.iter().flatten().for_each(|o| present[o.photo] = true);
     if present.iter().filter(|present| **present).count() <= FEW_PHOTOS {

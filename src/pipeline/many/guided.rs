@@ -6,7 +6,7 @@ use super::graph::{FEWEST, PhotoPair};
 use crate::features::{
     Features, Luma, MatchGuide, MatchOptions, Pair, align_patch, match_again, matches_of, visible_luma,
 };
-use crate::geometry::{Model, ModelKind, MultiView, PairLink, Sight};
+use crate::geometry::{Model, ModelKind, MultiView, ObservedPair, PairLink};
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::{ImageView, Result};
@@ -84,7 +84,7 @@ pub(super) fn refine(
         });
     }
     let known = geometry.clone();
-    geometry.sharpen(&mut |&Sight { photos: [a, b], places: [from, to], depth }| {
+    geometry.refine_observations(&mut |&ObservedPair { photos: [a, b], places: [from, to], depth }| {
         let (Some((first, map)), Some((second, _))) = (&scenes[a], &scenes[b]) else { return None };
         let model = known.model([a, b])?;
         let [x, y] = model.project(from[0], from[1], depth)?;

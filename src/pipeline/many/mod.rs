@@ -216,7 +216,7 @@ impl Painting<'_> {
             reference: View { image: base.view(), depth: Some(&depth) },
             forward: &forward,
             reverse: &reverse,
-            screen: picture.screen_at(at),
+            surface: picture.surface_at(at),
             limits: picture
                 .limits(photo, &sizes, geometry, self.options.warp.canvas_limit)
                 .map(|limits| limits.relative_to(at)),

@@ -6,7 +6,7 @@ use crate::InverseDepth;
 use crate::geometry::{Model, MultiView, eigenpairs};
 use crate::pipeline::picture::{MOST_ENLARGED, Picture, Placed, Size, Viewer, unit};
 use crate::statistics::{median, nth};
-use crate::warp::{Limits, Projection, Screen};
+use crate::warp::{Limits, Projection, ProjectionSurface};
 
 /// Photos are shown on the plane while none of them is stretched by more than this anywhere at its typical depth, in area: away from the
 /// middle by 2, across that by √2.
@@ -73,19 +73,19 @@ impl ManyPicture {
 
     /// Whether it is the reference's own image plane.
     pub fn is_plane(&self) -> bool {
-        self.shown.screen.is_none()
+        self.shown.surface.is_none()
     }
 
-    /// The maps from a photo to the rays of the screen, or the pixels of the plane, and back, for a picture whose first pixel is at
+    /// The maps from a photo to the rays of the projection surface, or the pixels of the plane, and back, for a picture whose first pixel is at
     /// `at`.
     pub fn models(&self, geometry: &MultiView, photo: usize, at: [i64; 2]) -> Option<[Model; 2]> {
         let [forward, reverse] = [[photo, self.reference], [self.reference, photo]].map(|pair| geometry.model(pair));
         Some(self.shown.models([&forward?, &reverse?], at))
     }
 
-    /// The screen of a picture whose first pixel is at `at`.
-    pub fn screen_at(&self, at: [i64; 2]) -> Option<Screen> {
-        self.shown.screen_at(at)
+    /// The projection surface of a picture whose first pixel is at `at`.
+    pub fn surface_at(&self, at: [i64; 2]) -> Option<ProjectionSurface> {
+        self.shown.surface_at(at)
     }
 
     /// The farthest that a photo may appear on the plane: `canvas_limit` times the reference's size beyond that, and beyond where a

@@ -24,7 +24,7 @@ const HIGHEST: f64 = 2.5;
 
 /// A cylinder or a sphere. Rays are (x, y, z): to the right, down and ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Screen {
+pub(crate) struct ProjectionSurface {
     pub sphere: bool,
     /// Whether the axis is level, from left to right, instead of upright: right and down change places.
     pub transverse: bool,
@@ -34,7 +34,7 @@ pub(crate) struct Screen {
     pub centre: [f64; 2],
 }
 
-impl Screen {
+impl ProjectionSurface {
     /// Where a ray of any length appears, in pixels; NaN of the ray (0, 0, 0).
     pub fn project(&self, [x, y, z]: [f64; 3]) -> [f64; 2] {
         let [around, along] = self.axes([x, y]);
@@ -89,10 +89,15 @@ impl Screen {
     }
 }
 
-/// Where a point with this depth appears on a `screen`, or on the plane; `None` behind the plane's camera.
-pub(crate) fn project(screen: Option<&Screen>, model: &Model, [x, y]: [f64; 2], depth: f64) -> Option<[f64; 2]> {
-    match screen {
-        Some(screen) => Some(screen.project(model.transform(x, y, depth))),
+/// Where a point with this depth appears on a `surface`, or on the plane; `None` behind the plane's camera.
+pub(crate) fn project(
+    surface: Option<&ProjectionSurface>,
+    model: &Model,
+    [x, y]: [f64; 2],
+    depth: f64,
+) -> Option<[f64; 2]> {
+    match surface {
+        Some(surface) => Some(surface.project(model.transform(x, y, depth))),
         None => model.project(x, y, depth),
     }
 }
@@ -125,16 +130,16 @@ mod tests {
     #[test]
     fn rays_appear_where_they_come_from() {
         for (sphere, transverse) in [(false, false), (true, false), (false, true), (true, true)] {
-            let screen = Screen { sphere, transverse, focal: 500.0, centre: [320.0, 240.0] };
+            let surface = ProjectionSurface { sphere, transverse, focal: 500.0, centre: [320.0, 240.0] };
             let far =
                 if transverse { [[320.0, -900.0], [600.5, 1500.25]] } else { [[-900.0, 100.0], [1700.5, 500.25]] };
             for place in [[320.0, 240.0], far[0], far[1]] {
-                let ray = screen.ray(place);
-                let [x, y] = screen.project([3.0 * ray[0], 3.0 * ray[1], 3.0 * ray[2]]);
+                let ray = surface.ray(place);
+                let [x, y] = surface.project([3.0 * ray[0], 3.0 * ray[1], 3.0 * ray[2]]);
                 assert!((x - place[0]).abs() < 1e-9 && (y - place[1]).abs() < 1e-9, "{x} {y} instead of {place:?}");
             }
-            let rays = screen.rays([-900.0, 100.0], (3, 2));
-            let (ray, [x, y, z]) = (screen.ray([-898.0, 101.0]), rays.at(2, 1));
+            let rays = surface.rays([-900.0, 100.0], (3, 2));
+            let (ray, [x, y, z]) = (surface.ray([-898.0, 101.0]), rays.at(2, 1));
             assert!([x, y, z].iter().zip(ray.iter()).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6));
         }
     }
