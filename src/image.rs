@@ -5,10 +5,10 @@ use bytemuck::allocation::try_zeroed_slice_box;
 
 use crate::{Error, Result};
 
-/// A pixel of a photo with a smaller alpha is not there; one with this alpha or more is there, and opaque.
+/// A pixel of a photo with a smaller alpha is masked; one with this alpha or more is opaque.
 pub const LEAST_ALPHA: u8 = 128;
 
-/// A borrowed RGBA picture, 8 bit, row by row from the top left. Pixels with an alpha below [`LEAST_ALPHA`] are not there: no stage
+/// A borrowed RGBA picture, 8 bit, row by row from the top left. Pixels with an alpha below [`LEAST_ALPHA`] are masked: no stage
 /// makes anything of them. All others are opaque.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageView<'a> {
@@ -36,7 +36,7 @@ impl<'a> ImageView<'a> {
         Self { data, width, height, masked }
     }
 
-    /// Whether any pixel is not there.
+    /// Whether any pixel is masked.
     pub fn is_masked(&self) -> bool {
         self.masked
     }

@@ -1,4 +1,4 @@
-//! Pixels of photos that are not there: see [`ImageView`].
+//! Masked pixels of photos: see [`ImageView`].
 
 use crate::components::neighbours;
 use crate::distance::distance;
@@ -11,7 +11,7 @@ const EXTENDED: u8 = 2;
 const NEXT: u8 = 1;
 const UNKNOWN: u8 = 0;
 
-/// A photo with pixels that are not there, its colours extended into them, and its depth, which is not known there either.
+/// A photo with masked pixels, its colours extended into them, and its depth, which is not known there either.
 #[derive(Debug, Clone)]
 pub(crate) struct Extended {
     image: Image,
@@ -19,7 +19,7 @@ pub(crate) struct Extended {
 }
 
 impl Extended {
-    /// `None` of a photo that is all there.
+    /// `None` of a photo without masked pixels.
     ///
     /// Whatever colours and depth are beneath transparent pixels, all that is made of the result is the same. Alpha is 0 or 255.
     ///
@@ -49,7 +49,7 @@ impl Extended {
         Self::new(image, depth).map(Some)
     }
 
-    /// Of a photo whose pixels are opaque or not there, and depth that is known of the former alone.
+    /// Of a photo whose pixels are opaque or masked, and depth that is known of the former alone.
     pub fn new(mut image: Image, depth: Option<InverseDepth>) -> Result<Self> {
         extend_colours(&mut image)?;
         Ok(Self { image, depth })
@@ -65,7 +65,7 @@ impl Extended {
         self.image
     }
 
-    /// It, or the photo itself where all of that is there.
+    /// It, or the photo itself where none of that is masked.
     pub fn view<'a>(extended: &'a Option<Self>, photo: View<'a>) -> View<'a> {
         match extended {
             Some(extended) => extended.as_view(),
@@ -115,8 +115,8 @@ fn extend_colours(image: &mut Image) -> Result<()> {
     Ok(())
 }
 
-/// The pixels that are not there and hang together with the photo's border: there the photo ends, while others are holes in it. `None`
-/// of a photo that is all there.
+/// The masked pixels that hang together with the photo's border: there the photo ends, while others are holes in it. `None`
+/// of a photo without masked pixels.
 pub(crate) fn outside(photo: ImageView<'_>) -> Result<Option<Mask>> {
     if !photo.is_masked() {
         return Ok(None);
@@ -145,7 +145,7 @@ pub(crate) fn outside(photo: ImageView<'_>) -> Result<Option<Mask>> {
     Ok(Some(mask))
 }
 
-/// Distance of every pixel from the nearest that is not there, as [`distance`] counts it; `None` of a photo that is all there.
+/// Distance of every pixel from the nearest masked one, as [`distance`] counts it; `None` of a photo without any.
 pub(crate) fn distance_to_missing(photo: ImageView<'_>) -> Result<Option<Vec<u16>>> {
     if !photo.is_masked() {
         return Ok(None);
@@ -154,7 +154,7 @@ pub(crate) fn distance_to_missing(photo: ImageView<'_>) -> Result<Option<Vec<u16
     distance(pixels.len(), photo.width(), &|at| !photo.is_there(pixels[at])).map(Some)
 }
 
-/// Marks of the pixels that are not there, row by row; `None` of a photo that is all there.
+/// Marks of the masked pixels, row by row; `None` of a photo without any.
 pub(crate) fn missing(photo: ImageView<'_>) -> Result<Option<Vec<bool>>> {
     if !photo.is_masked() {
         return Ok(None);

@@ -139,7 +139,7 @@ fn similarity_falls_as_the_error_grows() {
     }
 }
 
-/// What lies under alpha 0, beside the overlap, and where the reference is not there must not count; black valid pixels must.
+/// What lies under alpha 0, beside the overlap, and where the reference is masked must not count; black valid pixels must.
 #[test]
 fn only_the_mask_says_what_is_valid() {
     let reference = reference(40, 30);

@@ -1,4 +1,4 @@
-//! Pixels of photos that are not there: whatever is beneath them, and beside them.
+//! Masked pixels of photos: whatever is beneath them, and beside them.
 #![allow(clippy::unwrap_used)]
 
 use depthstitch::features::{DetectOptions, detect};
@@ -102,7 +102,7 @@ fn modes() -> Vec<Options> {
 #[test]
 fn what_is_beneath_makes_no_difference() {
     let photos = gallery();
-    // With matches and depth, of which some belong to what is not there; and with neither.
+    // With matches and depth, of which some belong to masked pixels; and with neither.
     for (given, options) in modes().iter().map(|options| (true, options)).chain([(false, &Options::default())]) {
         let made = [1, 2].map(|seed| {
             let target = masked(&photos.target, seed, |at| person(at) || logo(at));
@@ -255,7 +255,7 @@ fn many_photos_show_what_others_hide() {
     let (mut count, mut hidden) = (0, 0);
     for at in (0..SIZE.0 * SIZE.1).map(|i| [i % SIZE.0, i / SIZE.0]).filter(|at| middle(*at)) {
         let label = found.labels.data()[(top + at[1]) * found.image.width() + left + at[0]];
-        assert_ne!(label, 2, "the reference is not there");
+        assert_ne!(label, 2, "the reference is masked");
         hidden += 1;
         count += u32::from(label != 0);
     }

@@ -109,7 +109,7 @@ fn deviation(level: f64) -> f32 {
     (SIGMA * libm::exp(level * (std::f64::consts::LN_2 / SCALES as f64))) as f32
 }
 
-/// Drops the extrema of which a descriptor would touch a pixel that is not there; `scale` is pixels of the photo per pixel of the
+/// Drops the extrema of which a descriptor would touch a masked pixel; `scale` is pixels of the photo per pixel of the
 /// first octave.
 fn drop_touching(found: &mut Vec<Extremum>, image: ImageView<'_>, scale: f32) -> Result<()> {
     let Some(distances) = distance_to_missing(image)? else { return Ok(()) };

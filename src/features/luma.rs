@@ -37,7 +37,7 @@ pub(crate) fn luma(image: ImageView<'_>, size: (usize, usize)) -> Result<Luma> {
     Ok(Luma { data, width, height })
 }
 
-/// Luma of the size of the photo, NaN where that is not there.
+/// Luma of the size of the photo, NaN where that is masked.
 pub(crate) fn visible_luma(image: ImageView<'_>) -> Result<Luma> {
     let mut luma = luma(image, image.size())?;
     if image.is_masked() {

@@ -147,7 +147,7 @@ fn bilinear(Luma { data, width, height }: &Luma, x: f32, y: f32) -> Option<f32> 
     Some(across(above) + fy * (across(below) - across(above)))
 }
 
-/// The photo's values at these places less their mean, and the sum of squares of that. Both are NaN where the photo is not there: then
+/// The photo's values at these places less their mean, and the sum of squares of that. Both are NaN where the photo is masked: then
 /// the window has no texture, and looks like nothing.
 fn window(photo: &Luma, places: &[[f32; 2]; AREA]) -> Option<(Window, f32)> {
     let (mut window, mut mean, mut square) = ([0.0; AREA], 0.0, 0.0);

@@ -32,7 +32,7 @@ pub struct Quality {
 /// Measures the overlap, on the reference's grid, after multiplying the target's linear light by those of the `gains` of red,
 /// green and blue that bring it nearer to the reference; with gains of 1 it is taken as it is. Identical pictures have infinite PSNR.
 ///
-/// A pixel of the reference is valid where it is there, the warped alpha over it is not 0 and the confidence, if there is one, at
+/// A pixel of the reference is valid where it is not masked, the warped alpha over it is not 0 and the confidence, if there is one, at
 /// least [`RELIABLE`]. SSIM is Wang et al.'s (Gaussian window,
 /// σ = 1.5, 11×11; K₁ = 0.01, K₂ = 0.03, population covariance), the mean over red, green and blue.
 ///

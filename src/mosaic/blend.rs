@@ -110,9 +110,9 @@ pub struct Mosaic {
     pub gains: [f64; 3],
 }
 
-/// Puts the warped target and the reference together. The reference's colours are changed only across the seam.
+/// Composes the mosaic of the warped target and the reference. The reference's colours are changed only across the seam.
 ///
-/// The target is valid where the warped alpha is not 0, the reference where it is there: a hole in it is a void unless the target shows
+/// The target is valid where the warped alpha is not 0, the reference where it is not masked: a hole in it is a void unless the target shows
 /// there, and where it ends within its frame is none.
 /// `reliable`, on the reference's grid, says where the alignment is reliable: the seam keeps away from elsewhere.
 ///

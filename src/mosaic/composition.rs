@@ -57,7 +57,7 @@ pub struct Added {
 }
 
 impl Composition {
-    /// The reference alone, as far as it is there, under this label; without its inverse `depth` that is 0.
+    /// The reference alone, as far as it is not masked, under this label; without its inverse `depth` that is 0.
     ///
     /// # Errors
     /// `size-mismatch` for depth of another size, `out-of-memory`.

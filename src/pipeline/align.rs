@@ -50,7 +50,7 @@ pub struct Alignment<'a> {
 /// [`WithoutDepth::Homography`](super::WithoutDepth::Homography) is asked for.
 ///
 /// # Errors
-/// `invalid-argument` for a photo that is nowhere there,
+/// `invalid-argument` for a photo that is all masked,
 /// `too-large` when more than [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes) would be needed, and those of
 /// the stages: see [`detect`](crate::features::detect), [`match_features`](crate::features::match_features),
 /// [`estimate`](crate::geometry::estimate), [`two_view`](crate::depth::two_view) and [`refine`](crate::depth::refine).

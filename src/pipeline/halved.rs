@@ -109,7 +109,7 @@ impl Halved {
     }
 }
 
-/// The mean of each four pixels, which is there where all of them are.
+/// The mean of each four pixels, masked where one of them is.
 fn half(photo: ImageView<'_>) -> Result<Image> {
     let ((width, height), (columns, rows)) = (photo.size(), half_size(photo.size()));
     let mut out = Image::transparent(columns, rows)?;

@@ -21,7 +21,7 @@ pub struct Job {
     pub depth: [bool; 2],
     /// Whether matches are given.
     pub matches: bool,
-    /// Whether target and reference are known to have pixels that are not there.
+    /// Whether target and reference are known to have masked pixels.
     pub masked: [bool; 2],
 }
 
@@ -54,7 +54,7 @@ const FRAGMENTATION_HALVED: u64 = FRAGMENTATION / 5;
 pub(super) const RGBA: u64 = 4;
 pub(super) const MAP: u64 = 4;
 pub(super) const MASK: u64 = 1;
-/// What a stage knows of pixels that are not there: distances, or marks.
+/// What a stage knows of masked pixels: distances, or marks.
 pub(super) const MASKED: u64 = 2;
 
 /// Descriptor and keypoint.
@@ -156,7 +156,7 @@ impl<'a> Memory<'a> {
         self.job.photos.map(pixels)
     }
 
-    /// Photos and depth maps as they are given, and copies of those that are not there everywhere.
+    /// Photos and depth maps as they are given, and copies of masked ones.
     fn inputs(&self) -> u64 {
         let photos = self.photos().into_iter().zip(self.job.depth).zip(self.job.masked);
         let bytes = photos.map(|((pixels, depth), masked)| {

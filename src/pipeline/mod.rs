@@ -95,11 +95,11 @@ pub struct Stitched {
     pub times: Vec<(Stage, f64)>,
 }
 
-/// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched. Pixels that are not there
+/// Stitches `target` onto `reference`. Without `matches`, features of both photos are detected and matched. Masked pixels
 /// ([`ImageView`](crate::ImageView)) take part in nothing, nor do depth and matches given for them.
 ///
 /// # Errors
-/// `invalid-argument` for a photo that is nowhere there.
+/// `invalid-argument` for a photo that is all masked.
 /// `too-large` when the [predicted peak](Memory) exceeds [`WarpOptions::max_bytes`]: before anything is allocated, or once the
 /// size of the canvas is known. Those of the stages: see [`align`], [`warp`](crate::warp::warp), [`quality`], [`blend`] and [`fill`].
 pub fn stitch(

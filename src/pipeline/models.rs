@@ -210,7 +210,7 @@ impl Alignment<'_> {
     }
 
     /// The share of the `target` that is behind the reference's camera, by the plane that most matches are near to. What depth was
-    /// measured for may be there indeed, and of a photo that is not there everywhere it says little.
+    /// measured for may be there indeed, and of a masked photo it says little.
     fn share_behind(&self, target: ImageView<'_>) -> f64 {
         if matches!(self.geometry.kind, ModelKind::Depth | ModelKind::Calibrated) || target.is_masked() {
             return 0.0;

@@ -49,7 +49,7 @@ pub(super) struct Prediction {
     texture: Vec<f64>,
 }
 
-/// Mean colours of a photo's squares of `side` pixels, NaN where one of them is not there.
+/// Mean colours of a photo's squares of `side` pixels, NaN where one of them is masked.
 struct Squares {
     side: usize,
     columns: usize,
@@ -83,7 +83,7 @@ impl Squares {
         self.colours.len() / self.columns.max(1)
     }
 
-    /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to what is not there.
+    /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to masked pixels.
     fn sample(&self, point: [f64; 2]) -> Option<f32x4> {
         let colour = Bilinear::at(point, [self.side as f64; 2], self.columns, self.rows())?.interpolate(&self.colours);
         is_there(colour).then_some(colour)

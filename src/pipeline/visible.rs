@@ -5,9 +5,9 @@ use crate::image::reserve;
 use crate::transparency::Extended;
 use crate::{ImageView, Result, View};
 
-/// Two photos of which all that is not there has been replaced, and the matches given for them.
+/// Two photos whose masked pixels have been replaced, and the matches given for them.
 pub(super) struct VisiblePair {
-    /// Target and reference; `None` where all of it is there.
+    /// Target and reference; `None` where none of it is masked.
     photos: [Option<Extended>; 2],
     /// `None` where those given are good.
     matches: Option<Vec<Match>>,
@@ -48,7 +48,7 @@ impl VisiblePair {
     }
 }
 
-/// Whether a photo is there at the pixel nearest to a place, or the place is outside of it.
+/// Whether a photo is not masked at the pixel nearest to a place, or the place is outside of it.
 fn shows(photo: ImageView<'_>, [x, y]: [f64; 2]) -> bool {
     let [x, y] = [x, y].map(|v| (v + 0.5).floor());
     let inside = x >= 0.0 && y >= 0.0 && x < photo.width() as f64 && y < photo.height() as f64;

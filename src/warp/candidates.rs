@@ -119,7 +119,7 @@ impl Candidate<'_> {
 pub(super) struct Locator<'a> {
     canvas: &'a Canvas,
     reference: (usize, usize),
-    /// What is not there everywhere.
+    /// Masks, if there are any.
     mask: Option<ImageView<'a>>,
     reference_depth: Option<&'a [f32]>,
     target: (usize, usize),
@@ -214,7 +214,7 @@ impl<'a> Locator<'a> {
     }
 }
 
-/// Which of four pixels are there.
+/// Which of four pixels are not masked.
 fn there(image: &ImageView<'_>, index: i32x4) -> i32x4 {
     i32x4::new(
         index

@@ -26,7 +26,7 @@ pub(super) struct Map<'a> {
     pub model: &'a Model,
     /// What the model's image is projected onto, other than a plane.
     pub surface: Option<ProjectionSurface>,
-    /// Where the target ends within its frame; `None` where all of it is there.
+    /// Where the target ends within its frame; `None` where none of it is masked.
     pub outside: Option<&'a Mask>,
     pub limits: Limits,
 }

@@ -134,14 +134,14 @@ pub const RELIABLE: u8 = 128;
 /// Renders the target in the reference's view (paper, algorithm 2). `forward` maps target to reference, `reverse`
 /// back; both take inverse depth as the maps have it.
 ///
-/// Pixels of the target that are not there are not drawn: where they hang together with its border it ends there, others are voids. Where
-/// the reference is not there it is as outside of it.
+/// Masked pixels of the target are not drawn: where they hang together with its border it ends there, others are voids. Masked pixels of
+/// the reference are as outside of it.
 ///
 /// The warped depth is d' = d/λ', λ' the third coordinate of the model's image: 1/z' for d = 1/z, and along a ray of
 /// the reference it grows towards the camera whatever affine change the map has undergone.
 ///
 /// # Errors
-/// `invalid-argument` for options out of range, a model that needs a depth map it did not get or a target that is nowhere there, `size-mismatch`,
+/// `invalid-argument` for options out of range, a model that needs a depth map it did not get or a target that is all masked, `size-mismatch`,
 /// `too-large` when the canvas would exceed `max_bytes`, `no-overlap` when no part of the target lands on the
 /// canvas, `out-of-memory`, `aborted`.
 pub fn warp(

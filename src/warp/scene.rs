@@ -8,7 +8,7 @@ use crate::{ImageView, InverseDepth, Mask};
 pub(super) struct Scene<'a> {
     pub target: ImageView<'a>,
     pub distorted: Option<Distorted<'a>>,
-    /// Where the target ends within its frame; `None` where all of it is there.
+    /// Where the target ends within its frame; `None` where none of it is masked.
     pub outside: Option<&'a Mask>,
     pub target_depth: Option<&'a InverseDepth>,
     pub reference: ImageView<'a>,

@@ -51,7 +51,7 @@ impl Photos {
     }
 }
 
-/// A photo that a stage takes alone, its colours extended to where it is not there.
+/// A photo that a stage takes alone, its colours extended into its masked pixels.
 pub(super) fn single_photo(name: &'static str, image: &JsValue, max_bytes: u64) -> Result<Image> {
     let size = size_from_js(name, image)?;
     check_inputs([size, size], max_bytes)?;

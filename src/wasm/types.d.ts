@@ -1,5 +1,5 @@
 /**
- * An 8-bit RGBA image in row-major order, such as an `ImageData`. Pixels of a photo with an alpha below 128 are not there: they take
+ * An 8-bit RGBA image in row-major order, such as an `ImageData`. Pixels of a photo with an alpha below 128 are masked: they take
  * part in nothing, whatever colour is beneath. All others are opaque. Missing pixels that hang together with the photo's border are where it ends,
  * others are holes: the mosaic shows another photo there, or has a void to be filled.
  */

@@ -1,4 +1,4 @@
-// Pixels of photos that are not there, through the API and on the command line.
+// Masked pixels of photos, through the API and on the command line.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";

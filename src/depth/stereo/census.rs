@@ -18,7 +18,7 @@ pub(super) type Costs = u8x16;
 /// Half the census window.
 pub(super) const RADIUS: usize = 3;
 const ROWS: usize = 2 * RADIUS + 1;
-/// Cost of a place outside the other photo, or where that is not there, of 48: worse than most correct matches, better than most wrong ones. Tuned on
+/// Cost of a place outside the other photo, or where that is masked, of 48: worse than most correct matches, better than most wrong ones. Tuned on
 /// the evaluation cases: PSNR, coverage and bending are flat between 8 and 32.
 const OUTSIDE: u8 = 16;
 /// Cost of a label beyond the range, and of the lane that is no label: with it no sum of costs overflows a byte.
@@ -257,7 +257,7 @@ fn lanes(window: &[u8; BYTE_LANES + 2 * RADIUS], dx: usize) -> i8x16 {
 }
 
 impl Search<'_> {
-    /// The labels of a pixel that lie where the other photo is not there, one to a bit: all of them where its own is not.
+    /// The labels of a pixel that lie where the other photo is masked, one to a bit: all of them where its own is.
     fn missing(&self, [x, y]: [usize; 2], line: &EpipolarLine, first: f32) -> u16 {
         if self.from.is_missing([x as f32, y as f32]) {
             return NOWHERE;

@@ -223,7 +223,7 @@ impl<'a> Side<'a> {
             });
             for (x, (out, value)) in out.iter_mut().zip(&own.row(y as isize)[MARGIN..]).enumerate() {
                 let columns = neighbours(x, above.width);
-                // The difference, and of the same ones the first.
+                // The difference, and two levels for each step from the nearest pixel; of equal ones the first.
                 let rank = |i: usize| {
                     let difference = usize::from(rows[i / 2].0[columns[i % 2]].abs_diff(*value));
                     4 * (difference + 2 * (i / 2 + i % 2)) + i

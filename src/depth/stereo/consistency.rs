@@ -16,7 +16,7 @@ pub(super) struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// Whether the window around a pixel touches one that is not there.
+    /// Whether the window around a pixel touches a masked one.
     fn is_missing(&self, at: usize) -> bool {
         self.photo.is_near_missing(at, census::RADIUS as u32)
     }
@@ -30,7 +30,7 @@ const TOLERANCE: [f64; 2] = [1.0, 4.0];
 pub(super) const INSIDE: u8 = 1;
 pub(super) const CONSISTENT: u8 = 255;
 
-/// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`]; not where one of them is not there.
+/// Marks the pixels of one photo that are [`INSIDE`] the other, or even [`CONSISTENT`]; not where one of them is masked.
 pub(super) fn consistent(own: &Map<'_>, other: &Map<'_>) -> Result<Vec<u8>> {
     let (scale, inverse) = (own.scale as f64, 1.0 / own.scale as f64);
     let middle = (own.scale / 2) as f64;

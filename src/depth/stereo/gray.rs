@@ -17,7 +17,7 @@ pub(super) const FRACTION: i32 = 12;
 /// Luma with a margin.
 pub(super) struct Gray {
     data: Vec<u8>,
-    /// The [`distance`] of each pixel from the nearest one that is not there, without a margin; `None` where all are.
+    /// The [`distance`] of each pixel from the nearest masked one, without a margin; `None` where none is.
     from_missing: Option<Vec<u16>>,
     pub width: usize,
     pub height: usize,
@@ -37,7 +37,7 @@ impl Gray {
         Ok(Self { from_missing: from_missing.transpose()?, ..gray })
     }
 
-    /// Half the size: means of 2×2 pixels, not there where one of them is not.
+    /// Half the size: means of 2×2 pixels, masked where one of them is.
     pub fn half(&self) -> Result<Self> {
         let half = Self::halved_values(self)?;
         let Some(from_missing) = &self.from_missing else { return Ok(half) };
@@ -70,18 +70,18 @@ impl Gray {
         Ok(Self { data, from_missing: None, width, height, stride })
     }
 
-    /// Whether any pixel is not there.
+    /// Whether any pixel is masked.
     pub fn is_masked(&self) -> bool {
         self.from_missing.is_some()
     }
 
-    /// Whether the pixel nearest to a place is one that is not there; outside of the frame none is.
+    /// Whether the pixel nearest to a place is masked; outside of the frame none is.
     #[inline]
     pub fn is_missing(&self, place: [f32; 2]) -> bool {
         self.distance_at(place) == Some(0)
     }
 
-    /// Whether all pixels up to so many to either side of the nearest to a place, and above and below, are there; that cannot be said outside of
+    /// Whether all pixels up to so many to either side of the nearest to a place, and above and below, are free of masks; that cannot be said outside of
     /// the frame.
     #[inline]
     pub fn is_there_around(&self, place: [f32; 2], pixels: usize) -> bool {
@@ -89,13 +89,13 @@ impl Gray {
             || self.distance_at(place).is_some_and(|distance| distance as usize > pixels * DIAGONAL as usize)
     }
 
-    /// Whether a pixel, row by row, is at most so many away from one that is not there.
+    /// Whether a pixel, row by row, is at most so many away from a masked one.
     pub fn is_near_missing(&self, at: usize, pixels: u32) -> bool {
         let distance = self.from_missing.as_ref().and_then(|distances| distances.get(at));
         distance.is_some_and(|&distance| u32::from(distance) <= pixels * STRAIGHT)
     }
 
-    /// The distance of the pixel nearest to a place from one that is not there; `None` outside of the frame.
+    /// The distance of the pixel nearest to a place from a masked one; `None` outside of the frame.
     #[inline]
     fn distance_at(&self, place: [f32; 2]) -> Option<u16> {
         let [x, y] = place.map(|v| v + 0.5);

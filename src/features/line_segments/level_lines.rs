@@ -10,7 +10,7 @@ use crate::lanes::{LANES, add_weighted, load};
 use crate::transparency::distance_to_missing;
 use crate::{ImageView, Result};
 
-/// Pixels of the reduced photo from one that is not there within which nothing has a direction: the smoothing reaches as far.
+/// Pixels of the reduced photo from a masked one within which nothing has a direction: the smoothing reaches as far.
 const MARGIN: f64 = 3.0;
 /// Bins of the pseudo-ordering by gradient.
 const BINS: usize = 1024;
@@ -53,7 +53,7 @@ impl LevelLines {
         Ok(found)
     }
 
-    /// Leaves no direction where the photo is not there, nor next to that: it would be that of the mask's outline.
+    /// Leaves no direction where the photo is masked, nor next to that: it would be that of the mask's outline.
     fn drop_missing(&mut self, image: ImageView<'_>, scale: f64) -> Result<()> {
         let Some(distances) = distance_to_missing(image)? else { return Ok(()) };
         let least = ((MARGIN / scale) * f64::from(STRAIGHT)) as u16;

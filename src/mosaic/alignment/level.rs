@@ -18,7 +18,7 @@ pub(super) struct Level {
     pub side: usize,
     pub width: usize,
     pub height: usize,
-    /// Mean luma of the target and of the reference; NaN where any pixel of the square is not there, and far from the seam.
+    /// Mean luma of the target and of the reference; NaN where any pixel of the square is masked, and far from the seam.
     pub target: Vec<f32>,
     pub reference: Vec<f32>,
     /// Distance from the seam, in diagonals of the reference; ∞ where only the reference shows and the photos are not compared: nothing
@@ -125,7 +125,7 @@ impl Level {
         inside.then_some(y as usize * self.width + x as usize)
     }
 
-    /// The target's luma at a point, bilinear; NaN outside and next to what is not there.
+    /// The target's luma at a point, bilinear; NaN outside and next to masked pixels.
     pub fn luma(&self, x: f32, y: f32) -> f32 {
         if !(x >= 0.0 && y >= 0.0) {
             return f32::NAN;

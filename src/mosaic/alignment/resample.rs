@@ -40,7 +40,7 @@ pub(super) fn displace(
                 continue;
             }
             let at = (rows.start + y) * canvas + columns.start + x;
-            // Next to what is not there it stays as it is.
+            // Next to masked pixels it stays as it is.
             if let Some(pixel) = source.sample(x as f32 + u, y as f32 + v) {
                 image.pixels_mut()[at] = pixel;
             }
@@ -56,7 +56,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Catmull and Rom's cubic interpolation, bilinear next to what is not there; `None` where that is one of the four pixels.
+    /// Catmull and Rom's cubic interpolation, bilinear next to masked pixels; `None` where one of the four pixels is masked.
     fn sample(&self, x: f32, y: f32) -> Option<[u8; 4]> {
         if !(x >= 0.0 && y >= 0.0) {
             return None;
@@ -71,7 +71,7 @@ impl Source<'_> {
         cubic.or_else(|| self.weighted([i, j], [1.0 - u, u], [1.0 - v, v]))
     }
 
-    /// The weighted mean of N×N pixels; `None` where one of them is not there.
+    /// The weighted mean of N×N pixels; `None` where one of them is masked.
     #[inline(always)]
     fn weighted<const N: usize>(&self, [i, j]: [usize; 2], across: [f32; N], down: [f32; N]) -> Option<[u8; 4]> {
         let mut sum = f32x4::splat(0.5);

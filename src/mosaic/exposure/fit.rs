@@ -35,8 +35,8 @@ const SWEEPS: usize = 60;
 const STIFFNESS: f64 = 4.0;
 /// Pull of the common gain on a node, in samples. Flat between 0.3 and 0.6; at 0.15 there are 7 % fewer visible steps.
 const DAMPING: f64 = 0.3;
-/// Where the logarithm of green's gain would have to differ by more from the common one, the photos show different things: in
-/// the development pairs the mean of all colours does by .25 at most.
+/// The most that the logarithm of green's gain may differ from the common one: beyond that the photos show different things. On
+/// the development pairs the mean of all colours differs by at most 0.25.
 const FARTHEST: f64 = 0.4;
 /// How much farther than green's those of red and blue may be.
 const TINT: f64 = 0.08;

@@ -29,10 +29,10 @@ const UNRELIABLE: i32 = 40;
 /// Data cost of the target at a pixel of confidence 0 that looks nothing like the reference. With 96 and less the seam
 /// of the gallery shows smeared cells rather than cross a column.
 const DATA_COST: i32 = 128;
-/// Data cost of the target at a pixel that looks nothing like the reference, which is not distorted; one that looks half like it costs a
-/// quarter. Of a mosaic only one photo is not: a door leaf of one of ten sets is torn where it costs as much to cover the others. Tuned
-/// by eye on 33 real pairs, flat between 48 and 112 on the 13 of them tried so far up; with 16 a target that covers all of the reference
-/// hides it, however bent it is.
+/// Data cost of the target at a pixel that looks nothing like the reference, which is shown undistorted; one that looks half like it costs a
+/// quarter. In a mosaic of many only one photo is undistorted: where covering the others costs as much, a door leaf in one of ten sets is
+/// torn. Tuned by eye on 33 real pairs; flat between 48 and 112 on 13 of them. With 16 a target that covers the whole reference hides it,
+/// however bent it is.
 const DISTORTED: i32 = 48;
 /// Share of the diagonal along the reference's border where that costs nothing, and over which it then grows: a seam at the very border
 /// leaves nothing to align.

@@ -133,7 +133,7 @@ impl Level {
     }
 
     /// Decides for every cell. With a coarser level that is decided already, takes its decisions over, and decides anew
-    /// near the seam. `scale` is how many times the borders' grid is coarser by a half.
+    /// near the seam. The grid of `borders` is 2 to the power of `scale` times as coarse.
     pub fn cut(&mut self, coarser: Option<&Self>, borders: &Borders, scale: u32) -> Result<()> {
         for (y, row) in self.cells.chunks_mut(self.width).enumerate() {
             for (x, cell) in row.iter_mut().enumerate() {

@@ -36,7 +36,7 @@ struct Light {
     /// Pixels along the side of a cell.
     side: usize,
     columns: usize,
-    /// Red, green, blue and 0: NaN where pixels are not there, clipped or dark. What is left of the photo on the right and below is in none.
+    /// Red, green, blue and 0: NaN where pixels are masked, clipped or dark. What is left of the photo on the right and below is in none.
     cells: Vec<f32x4>,
 }
 

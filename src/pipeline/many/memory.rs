@@ -39,7 +39,7 @@ impl<'a> Budget<'a> {
         Self { memory: Memory::of(job, options), options, largest: first, held, limit: options.warp.max_bytes }
     }
 
-    /// Of what is held of a photo that is not there everywhere: a copy, and distances.
+    /// Of what is held of a masked photo: a copy, and distances.
     pub fn add_masked(&mut self, size: (usize, usize)) {
         self.add(size, RGBA + MASKED);
     }

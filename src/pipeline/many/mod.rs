@@ -65,11 +65,11 @@ pub struct ManyOptions {
 
 /// Stitches photos of one scene, taken from wherever, in any order.
 ///
-/// Pixels that are not there ([`ImageView`](crate::ImageView)) take part in nothing. Photos that do not belong, or cannot be shown, are left out, and [`StitchedMany::photos`] says why.
+/// Masked pixels ([`ImageView`](crate::ImageView)) take part in nothing. Photos that do not belong, or cannot be shown, are left out, and
+/// [`StitchedMany::photos`] says why.
 ///
 /// # Errors
-/// Those of [`align_many`], `invalid-argument` for a photo that is nowhere there; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and
-/// [`fill`].
+/// Those of [`align_many`]; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
     stitch_many_known(photos, None, options, observer)
 }

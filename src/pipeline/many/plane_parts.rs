@@ -135,7 +135,7 @@ impl Scene<'_> {
         let mut edges = filled(columns * rows, [0.0; 2])?;
         for (node, edges) in edges.iter_mut().enumerate() {
             for (edge, next) in edges.iter_mut().zip([node + 1, node + columns]) {
-                // Nothing where one of them is not there.
+                // Nothing where one of them is masked.
                 *edge = levels.get(next).map_or(0.0, |level| (level - levels[node]).abs().max(0.0) as f32);
             }
         }

@@ -19,7 +19,7 @@ pub(super) struct UndistortedPhotos {
 #[derive(Debug, Clone)]
 struct UndistortedPhoto {
     lens: Undistortion,
-    /// What it does not fill of its frame is not there.
+    /// What it does not fill of its frame is masked.
     photo: Extended,
 }
 

@@ -38,8 +38,8 @@ pub(super) fn middle(sizes: &[Size], candidates: &[usize], geometry: &MultiView,
     best.map_or(0, |(_, photo)| photo)
 }
 
-/// By how much longer the nearer landmarks of a photo appear in the view of another, as that was taken closer to them; 1 where that is not
-/// known.
+/// How many times larger the nearer landmarks of a photo appear in the view of another, which was taken closer to them; 1 where that is
+/// not known.
 fn enlargement([from, to]: [usize; 2], geometry: &MultiView) -> f64 {
     let (Some(model), Some([_, own]), Some([_, other])) =
         (geometry.model([from, to]), geometry.calibration(from), geometry.calibration(to))

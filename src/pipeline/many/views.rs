@@ -23,7 +23,7 @@ impl Views {
     }
 }
 
-/// How a photo looks at [`SIDE`], NaN where it is not there.
+/// How a photo looks at [`SIDE`], NaN where it is masked.
 pub(super) fn view(photo: ImageView<'_>) -> Result<Luma> {
     let (w, h) = photo.size();
     let longer = w.max(h).max(SIDE);

@@ -4,7 +4,7 @@ use super::result::Photo;
 use crate::transparency::Extended;
 use crate::{Result, View};
 
-/// Photos of which all that is not there has been replaced; `None` where all is there.
+/// Photos whose masked pixels have been replaced; `None` where none is masked.
 pub(super) struct VisiblePhotos(Vec<Option<Extended>>);
 
 impl VisiblePhotos {

@@ -32,7 +32,7 @@ const palette = Array.from({ length: 255 }, (_, i) => {
   return [r, g, b, 0.75] as const;
 });
 
-/** A pixel of the reference with a smaller alpha is not there. */
+/** A pixel of the reference with a smaller alpha is masked. */
 const leastAlpha = 128;
 
 /** sRGB's transfer function (IEC 61966-2-1). */
