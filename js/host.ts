@@ -2,7 +2,7 @@
 // nothing else can stop wasm; the next call starts new ones.
 import type { Call, Result } from "./calls.js";
 import { moduleOf } from "./core.js";
-import { abortError, isFatal, StitchError } from "./errors.js";
+import { abortError } from "./errors.js";
 import { performDivided } from "./parts.js";
 import { processors } from "./platform/index.js";
 import * as pool from "./pool.js";
@@ -13,8 +13,8 @@ const IDLE_MS = 10_000;
 /** Most workers unless more are asked for. */
 const MOST_WORKERS = 4;
 
-/** How a call ended. What `onProgress` throws may be anything. */
-type Outcome = { result: Result } | { error: unknown };
+/** How a call ended: a worker answered, or something was thrown while workers may still be busy. */
+type Outcome = pool.Performed | { thrown: unknown };
 
 interface Job {
   call: Call;
@@ -36,7 +36,7 @@ export function runInWorkers(
 ): Promise<Result> {
   const most = workers === "auto" ? Math.min(processors(), MOST_WORKERS) : workers;
   return new Promise((resolve, reject) => {
-    const onAbort = () => signal && finish(job, { error: abortError(signal) });
+    const onAbort = () => signal && finish(job, { thrown: abortError(signal) });
     const job: Job = {
       call,
       compile,
@@ -44,8 +44,8 @@ export function runInWorkers(
       onProgress,
       settle(outcome) {
         signal?.removeEventListener("abort", onAbort);
-        if ("error" in outcome) reject(outcome.error);
-        else resolve(outcome.result);
+        if ("result" in outcome) resolve(outcome.result);
+        else reject("thrown" in outcome ? outcome.thrown : outcome.error);
       },
     };
     signal?.addEventListener("abort", onAbort);
@@ -63,24 +63,26 @@ async function next(): Promise<void> {
   let outcome: Outcome;
   try {
     outcome = await work(job);
-  } catch (error) {
-    outcome = { error };
+  } catch (thrown) {
+    outcome = { thrown };
   }
   finish(job, outcome);
 }
 
-async function work(job: Job): Promise<Outcome> {
+async function work(job: Job): Promise<pool.Performed> {
+  // Whoever aborts, meanwhile or while told of progress, has ended the call, whose next part must not begin.
+  const goOn = () => {
+    if (active !== job) throw new Error("the call has ended");
+  };
   const name = moduleOf(job.call);
   const module = await job.compile();
-  // Aborted meanwhile.
-  if (active !== job) return { error: undefined };
+  goOn();
   pool.prepare(name, job.workers);
   return performDivided(
     job.call,
     job.workers,
     async (call, handBack, onProgress) => {
-      // Whoever aborts while told of progress has ended the call, whose next part must not begin.
-      if (active !== job) throw new Error("the call has ended");
+      goOn();
       return pool.perform({ name, module, call, handBack }, onProgress);
     },
     (progress) => {
@@ -93,7 +95,7 @@ async function work(job: Job): Promise<Outcome> {
 function finish(job: Job, outcome: Outcome): void {
   if (active === job) {
     active = undefined;
-    if ("error" in outcome && !reusable(outcome.error)) pool.stop();
+    if ("thrown" in outcome) pool.stop();
     else rest();
   } else {
     const position = queue.indexOf(job);
@@ -102,11 +104,6 @@ function finish(job: Job, outcome: Outcome): void {
   }
   job.settle(outcome);
   void next();
-}
-
-/** Whether the workers are still usable after this error. */
-function reusable(error: unknown): boolean {
-  return error instanceof StitchError && error.code !== "aborted" && !isFatal(error);
 }
 
 function rest(): void {

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { availableParallelism } from "node:os";
 import { test } from "node:test";
-import { align, detect, stitch } from "depthstitch";
+import { align, detect, stitch, StitchError } from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
 
 /** @typedef {import("depthstitch").ImageOutput} ImageOutput */
@@ -171,6 +171,28 @@ test("aborting and throwing end the call while two workers work", async () => {
   };
   await assert.rejects(stitch(target, reference, { workers: 2, onProgress }), mine);
   assert.ok((await stitch(target, reference, { workers: 2 })).mosaic.width > 0);
+});
+
+test("a worker goes on after an error of the core, and is stopped by any that onProgress throws", async () => {
+  /** @type {ConstructorParameters<typeof StitchError>[0]} */
+  const record = { code: "too-few-matches", stage: "estimate", message: "mine", details: {} };
+  const mine = new StitchError(record);
+  const onProgress = () => {
+    throw mine;
+  };
+  const stopped = await started(async () => {
+    const error = await rejection(stitch(target, reference, { ...inputs, onProgress }));
+    assert.equal(error, mine);
+    await stitch(target, reference, inputs);
+  });
+  assert.equal(stopped.length, 2);
+  const kept = await started(async () => {
+    const matches = new Float32Array(4);
+    const error = await rejection(stitch(target, reference, { ...inputs, matches }));
+    assert.equal(error.code, mine.code);
+    await stitch(target, reference, inputs);
+  });
+  assert.equal(kept.length, 1);
 });
 
 test("workers must be 1, 2, 4 or auto", async () => {
