@@ -74,7 +74,7 @@ function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeo
   }
 }
 
-function object(name: string, value: unknown): Record<string, unknown> {
+export function object(name: string, value: unknown): Record<string, unknown> {
   if (typeof value !== "object" || value === null) {
     throw invalid(`${name} must be an object, got ${describe(value)}`);
   }
@@ -306,11 +306,17 @@ export function warped(value: Warped): Warped {
 export function gains(options: MeasureOptions): readonly number[] | undefined {
   const [other] = Object.keys(settings(options, "gains"));
   if (other !== undefined) throw noOption(other);
-  const value: unknown = options.gains;
-  if (value === undefined) return undefined;
-  if (!Array.isArray(value) || value.length !== 3)
-    throw invalid(`gains must be three numbers, got ${describe(value)}`);
-  return value.map((gain) => number("gains", gain));
+  return options.gains === undefined ? undefined : triple("gains", options.gains);
+}
+
+/** A number for each of red, green and blue. */
+export function triple(name: string, value: unknown): number[] {
+  if (!Array.isArray(value)) throw invalid(`${name} must be three numbers, got ${describe(value)}`);
+  if (value.length !== 3) {
+    const details = { expected: 3, actual: value.length };
+    throw invalid(`${name} must be three numbers, got ${value.length}`, details);
+  }
+  return Array.from(value, (part: unknown, i) => number(`${name}[${i}]`, part));
 }
 
 /** What some calls take in their options besides those of the algorithm. */

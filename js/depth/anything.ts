@@ -1,3 +1,4 @@
+import { describe } from "../describe.js";
 import { invalid } from "../errors.js";
 import type { ImageInput } from "../types.js";
 import { orAborted, throwIfAborted } from "../models/abort.js";
@@ -31,18 +32,15 @@ const names = "model device dtype host path local cache cacheDir".split(" ");
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */
 export async function loadDepthModel(options: DepthModelOptions = {}): Promise<DepthEstimator> {
-  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
-  const { id, revision, output = "inverse" } = modelOf(options);
-  check.oneOf("output", output, "inverse", "metric");
-  check.oneOf("device", options.device ?? "auto", "auto", "webgpu", "wasm", "cpu");
-  const runtime = check.runtime(options);
-  const { onProgress, signal } = check.call(options);
+  const { id, revision, output, runtime, onProgress, signal, ...given } = check.read(() =>
+    checked(options),
+  );
   throwIfAborted(signal);
 
   const library = await orAborted(loadLibrary(), signal);
   const { wasm } = library.env.backends.onnx;
   if (wasm) configure(wasm, runtime);
-  const common = { revision, ...(options.cacheDir && { cache_dir: options.cacheDir }) };
+  const common = { revision, ...(given.cacheDir && { cache_dir: given.cacheDir }) };
   const report = fileReporter(onProgress);
   const load = async ({ device, dtype }: Choice) => {
     throwIfAborted(signal);
@@ -51,10 +49,10 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
     const network = await library.AutoModelForDepthEstimation.from_pretrained(id, chosen);
     return { processor, network, device };
   };
-  const [first, ...others] = await choices(options, library.env);
+  const [first, ...others] = await choices(given, library.env);
   const loading = withSettings(
     library.env,
-    () => settingsOf(options, library.env, signal),
+    () => settingsOf(given, library.env, signal),
     // A GPU may have too little memory, or a broken driver.
     () => others.reduce((loaded, next) => loaded.catch(() => load(next)), load(first)),
   );
@@ -94,10 +92,23 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
   });
 }
 
+function checked(options: DepthModelOptions) {
+  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
+  const { id, revision, output = "inverse" } = modelOf(options);
+  const { device = "auto", dtype, host, path, local, cache, cacheDir } = options;
+  return {
+    ...{ id, revision, dtype, host, path, local, cache, cacheDir },
+    output: check.oneOf("model.output", output, "inverse", "metric"),
+    device: check.oneOf("device", device, "auto", "webgpu", "wasm", "cpu"),
+    runtime: check.runtime(options),
+    ...check.call(options),
+  };
+}
+
 function modelOf({ model = "small", host, local }: DepthModelOptions): DepthModel {
   if (model === "small") return MODELS.small;
   if (typeof model !== "object" || typeof model?.id !== "string")
-    throw invalid(`model must be "small" or { id, revision }, got ${String(model)}`);
+    throw invalid(`model must be "small" or { id, revision }, got ${describe(model)}`);
   if (model.revision === undefined && host === undefined && local === undefined)
     throw invalid("model.revision must be given for downloads from the Hugging Face Hub");
   return { ...model, revision: model.revision ?? "main" };

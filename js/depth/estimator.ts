@@ -20,8 +20,10 @@ export function estimator(
   return {
     device: network.device,
     async estimate(image, call = {}) {
-      const photo = check.image("image", image);
-      const { onProgress, signal } = check.call(call);
+      const { photo, onProgress, signal } = check.read(() => ({
+        photo: check.image("image", image),
+        ...check.call(call),
+      }));
       throwIfAborted(signal);
       onProgress?.({ stage: "run", fraction: 0 });
       const { data, dims } = await network.predict(photo, signal);

@@ -32,7 +32,7 @@ export async function estimateDepth(
   options: DepthModelOptions = {},
 ): Promise<EstimatedDepth> {
   // Nothing is downloaded for one that cannot be used.
-  const photo = check.image("image", image);
+  const photo = check.read(() => check.image("image", image));
   const estimator = await loadDepthModel(options);
   try {
     const { onProgress, signal } = options;

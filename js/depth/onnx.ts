@@ -3,6 +3,7 @@ import { orAborted, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
 import { colours, resample } from "../models/resample.js";
 import { openSession } from "../models/runtime.js";
+import type { Size } from "../types.js";
 import { estimator } from "./estimator.js";
 import type { DepthEstimator, OnnxDepthOptions } from "./types.js";
 
@@ -15,23 +16,13 @@ const names = ["weights", "inputSize", "mean", "std", "output", "device", "cache
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */
 export async function loadOnnxDepth(options: OnnxDepthOptions): Promise<DepthEstimator> {
-  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
-  const { output = "inverse", device = "wasm", cache = true } = options;
-  check.oneOf("output", output, "inverse", "metric");
-  check.oneOf("device", device, "wasm", "webgpu");
-  const weights = check.weights("weights", options.weights);
-  const mean = triple("mean", options.mean ?? [0, 0, 0]);
-  const std = triple("std", options.std ?? [1, 1, 1]);
-  const { onProgress, signal } = check.call(options);
-  const runtime = check.runtime(options);
-  const given = options.inputSize && {
-    width: check.positive("inputSize.width", options.inputSize.width),
-    height: check.positive("inputSize.height", options.inputSize.height),
-  };
-  throwIfAborted(signal);
+  const { weights, mean, std, inputSize, output, device, cache, ...how } = check.read(() =>
+    checked(options),
+  );
+  throwIfAborted(how.signal);
 
-  const session = await openSession(weights, { ...runtime, onProgress, signal, device, cache });
-  const [, , height = given?.height, width = given?.width] = session.inputs[0]?.dims ?? [];
+  const session = await openSession(weights, { ...how, device, cache });
+  const [, , height = inputSize?.height, width = inputSize?.width] = session.inputs[0]?.dims ?? [];
   if (width === undefined || height === undefined) {
     await session.dispose();
     throw invalid("inputSize must be given for a network with dynamic input size");
@@ -55,7 +46,36 @@ export async function loadOnnxDepth(options: OnnxDepthOptions): Promise<DepthEst
   });
 }
 
-function triple(name: string, value: readonly number[]): readonly number[] {
-  if (value.length === 3 && value.every((part) => Number.isFinite(part))) return value;
-  throw invalid(`${name} must be three numbers, for red, green and blue`);
+function checked(options: OnnxDepthOptions) {
+  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
+  const { output = "inverse", device = "wasm", cache = true, inputSize } = options;
+  const { mean = [0, 0, 0], std = [1, 1, 1] } = options;
+  return {
+    weights: check.weights("weights", options.weights),
+    inputSize: inputSize === undefined ? undefined : sizeOf(inputSize),
+    mean: triple("mean", mean),
+    std: triple("std", std, 0),
+    output: check.oneOf("output", output, "inverse", "metric"),
+    device: check.oneOf("device", device, "wasm", "webgpu"),
+    cache,
+    ...check.call(options),
+    ...check.runtime(options),
+  };
+}
+
+function sizeOf(value: unknown): Size {
+  const { width, height } = check.size("inputSize", value);
+  return {
+    width: check.positive("inputSize.width", width),
+    height: check.positive("inputSize.height", height),
+  };
+}
+
+/** Finite numbers above a limit for red, green and blue. */
+function triple(name: string, value: unknown, limit = -Infinity): number[] {
+  return check.triple(name, value).map((part, i) => {
+    if (part > limit && part < Infinity) return part;
+    const range = limit === -Infinity ? "finite" : `finite and above ${limit}`;
+    throw invalid(`${name}[${i}] must be ${range}, got ${part}`, { value: part });
+  });
 }

@@ -74,7 +74,7 @@ export interface OnnxDepthOptions extends ModelCallOptions, RuntimeOptions {
   inputSize?: { width: number; height: number } | undefined;
   /** Mean of red, green and blue, which is subtracted from values in 0 to 1 (default 0). */
   mean?: readonly [number, number, number] | undefined;
-  /** Standard deviation of red, green and blue, by which values are then divided (default 1). */
+  /** Standard deviation of red, green and blue, above 0, by which values are then divided (default 1). */
   std?: readonly [number, number, number] | undefined;
   /** Default `"inverse"`. A metric network's output is inverted. */
   output?: DepthOutput | undefined;

@@ -5,6 +5,7 @@
  * Requires the package `onnxruntime-web`. Networks run on the calling thread: to keep a page responsive, call them from a
  * worker.
  */
+import { describe } from "../describe.js";
 import { invalid } from "../errors.js";
 import { orAborted, pause, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
@@ -33,33 +34,21 @@ const names = ["model", "weights", "dilation", "device", "cache"];
  * @throws {StitchError} `invalid-argument`, `model-load-failed`, `aborted`.
  */
 export async function loadInpainter(options: InpainterOptions = {}): Promise<Inpainter> {
-  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
-  const { model = "migan", device = "wasm", cache = true } = options;
-  const published =
-    typeof model === "string" ? NETWORKS[check.oneOf("model", model, "migan", "lama")] : undefined;
-  const network = checked(published ?? (model as InpaintNetwork), options.dilation);
-  check.oneOf("device", device, "wasm", "webgpu");
-  const weights = options.weights ?? published?.url;
-  if (weights === undefined) throw invalid("weights must be given for a network of your own");
-  const { onProgress, signal } = check.call(options);
-  const runtime = check.runtime(options);
-  throwIfAborted(signal);
-  const session = await openSession(check.weights("weights", weights), {
-    ...runtime,
-    onProgress,
-    signal,
-    device,
-    cache,
-  });
+  const { network, weights, device, cache, ...how } = check.read(() => checked(options));
+  throwIfAborted(how.signal);
+  const session = await openSession(weights, { ...how, device, cache });
 
   return {
     device,
     async inpaint(mosaic, voidMask, call = {}) {
-      const image = check.image("mosaic", mosaic);
-      const { width, height } = image;
-      const voids = check.maskOf("voidMask", voidMask, image).data.slice();
-      const { onProgress, signal } = check.call(call);
+      const { image, mask, onProgress, signal } = check.read(() => {
+        const image = check.image("mosaic", mosaic);
+        const mask = check.maskOf("voidMask", voidMask, image);
+        return { image, mask, ...check.call(call) };
+      });
       throwIfAborted(signal);
+      const { width, height } = image;
+      const voids = mask.data.slice();
       const data = new Uint8ClampedArray(image.data);
       const hasVoid = (i: number) => voids[i] !== 0;
       const unknown = (i: number) => voids[i] !== 0 || data[4 * i + 3] === 0;
@@ -85,18 +74,35 @@ export async function loadInpainter(options: InpainterOptions = {}): Promise<Inp
   };
 }
 
-function checked(network: InpaintNetwork, dilation: number | undefined): InpaintNetwork {
+function checked(options: InpainterOptions) {
+  check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
+  const { model = "migan", device = "wasm", cache = true } = options;
+  const published =
+    typeof model === "string" ? NETWORKS[check.oneOf("model", model, "migan", "lama")] : undefined;
+  const network = networkOf(published ?? model, options.dilation);
+  const weights = options.weights ?? published?.url;
+  if (weights === undefined) throw invalid("weights must be given for a network of your own");
+  return {
+    network,
+    weights: check.weights("weights", weights),
+    device: check.oneOf("device", device, "wasm", "webgpu"),
+    cache,
+    ...check.call(options),
+    ...check.runtime(options),
+  };
+}
+
+function networkOf(network: unknown, dilation: number | undefined): InpaintNetwork {
   if (typeof network !== "object" || network === null) {
-    throw invalid(`model must be "migan", "lama" or an object, got ${String(network)}`);
+    throw invalid(`model must be "migan", "lama" or an object, got ${describe(network)}`);
   }
-  const { input, mask, outputMax, tileSize } = network;
+  const { input, mask, outputMax, tileSize, dilation: own } = network as InpaintNetwork;
   check.oneOf("model.input", input, "uint8", "float32");
   check.oneOf("model.mask", mask, "known", "hole");
   if (outputMax !== 1 && outputMax !== 255)
     throw invalid(`model.outputMax must be 1 or 255, got ${String(outputMax)}`);
   check.positive("model.tileSize", tileSize);
-  const pixels = check.count("dilation", dilation ?? network.dilation);
-  return { input, mask, outputMax, tileSize, dilation: pixels };
+  return { input, mask, outputMax, tileSize, dilation: check.count("dilation", dilation ?? own) };
 }
 
 /** The marked pixels of a box. */

@@ -1,16 +1,22 @@
 // Checks of the arguments of networks. These never reach the core, so values are checked here as well.
 import * as check from "../check.js";
+import { describe } from "../describe.js";
 import { invalid, StitchError } from "../errors.js";
 import type { Mask, Size } from "../types.js";
 import type { ModelCallOptions, RuntimeOptions, Weights } from "./types.js";
 
-export { count, positive, wholeImage as image } from "../check.js";
+export { count, object, positive, read, size, triple, wholeImage as image } from "../check.js";
 
 /** A mask of the same size as an image. */
 export function maskOf(name: string, value: Mask, size: Size): Mask {
   const mask = check.sized(name, check.mask(name, value), 1);
   if (mask.width !== size.width || mask.height !== size.height) {
-    const details = { width: mask.width, height: mask.height };
+    const details = {
+      width: mask.width,
+      height: mask.height,
+      expectedWidth: size.width,
+      expectedHeight: size.height,
+    };
     const message = `${name} is ${mask.width}×${mask.height}, the image ${size.width}×${size.height}`;
     throw new StitchError({ code: "size-mismatch", stage: "input", message, details });
   }
@@ -22,12 +28,12 @@ export function oneOf<T extends string>(name: string, value: unknown, ...choices
   const chosen = choices.find((choice) => choice === value);
   if (chosen !== undefined) return chosen;
   const words = choices.map((choice) => `"${choice}"`).join(" or ");
-  throw invalid(`${name} must be ${words}, got ${String(value)}`);
+  throw invalid(`${name} must be ${words}, got ${describe(value)}`);
 }
 
 /** Rejects unknown options, as misspelled ones would be ignored. */
-export function known(options: object, names: readonly string[]): void {
-  for (const name of Object.keys(options)) {
+export function known(options: unknown, names: readonly string[]): void {
+  for (const name of Object.keys(check.object("options", options))) {
     if (!names.includes(name)) throw invalid(`there is no option ${name}`);
   }
 }
@@ -40,7 +46,8 @@ export function weights(name: string, value: Weights): string | URL | Uint8Array
 export const callNames = ["onProgress", "signal"] as const;
 export const runtimeNames = ["wasmPaths", "threads"] as const;
 
-export function call({ onProgress, signal }: ModelCallOptions): ModelCallOptions {
+export function call(options: ModelCallOptions): ModelCallOptions {
+  const { onProgress, signal } = check.object("options", options) as ModelCallOptions;
   check.callOptions({ onProgress: onProgress as () => void, signal });
   return { onProgress, signal };
 }

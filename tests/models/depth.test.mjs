@@ -157,6 +157,13 @@ test("aborting before and between", async () => {
   await estimator.dispose();
 });
 
+/** Options that throw when they are read. */
+const unreadable = {
+  get device() {
+    throw new Error("mine");
+  },
+};
+
 test("wrong arguments", async () => {
   const wrong = /** @type {[any, RegExp][]} */ ([
     [{ model: "huge" }, /model must be "small"/],
@@ -164,6 +171,11 @@ test("wrong arguments", async () => {
     [{ modell: "small" }, /modell/],
     [{ threads: 0 }, /threads/],
     [{ signal: {} }, /signal/],
+    [null, /options must be an object, got null/],
+    ["small", /options must be an object, got "small"/],
+    [{ model: { id: ID, revision: "main", output: "depth" } }, /model\.output/],
+    [{ device: Object.create(null) }, /device must be "auto" or .*, got Object/],
+    [unreadable, /an argument cannot be read: mine/],
   ]);
   for (const [options, message] of wrong) {
     const error = await rejection(loadDepthModel(options));
@@ -173,13 +185,39 @@ test("wrong arguments", async () => {
   const estimator = await loadDepthModel(remote());
   const short = { ...photo, data: photo.data.subarray(4) };
   assert.equal((await rejection(estimator.estimate(short))).code, "size-mismatch");
+  const none = /** @type {any} */ (null);
+  for (const [estimating, message] of /** @type {[Promise<unknown>, RegExp][]} */ ([
+    [estimator.estimate(none), /image must be an object, got null/],
+    [estimator.estimate(photo, none), /options must be an object, got null/],
+    [estimateDepth(photo, none), /options must be an object, got null/],
+  ])) {
+    const error = await rejection(estimating);
+    assert.equal(error.code, "invalid-argument");
+    assert.match(error.message, message);
+  }
   await estimator.dispose();
   // Before anything is downloaded.
   requests.length = 0;
   assert.equal((await rejection(estimateDepth(short, remote()))).code, "size-mismatch");
-  const inputSize = { width: 20, height: 0.5 };
-  const sizeless = await rejection(loadOnnxDepth({ weights: `${host}/hub/none.onnx`, inputSize }));
-  assert.match(sizeless.message, /inputSize\.height/);
+  const weights = `${host}/hub/none.onnx`;
+  const wrongOnnx = /** @type {[any, RegExp, object?][]} */ ([
+    [undefined, /options must be an object, got undefined/],
+    [unreadable, /an argument cannot be read: mine/],
+    [{ weights, inputSize: { width: 20, height: 0.5 } }, /inputSize\.height/, { value: 0.5 }],
+    [{ weights, inputSize: 384 }, /inputSize must be an object, got number/],
+    [{ weights, mean: 0.5 }, /mean must be three numbers, got number/],
+    [{ weights, mean: [0, 0] }, /mean must be three numbers, got 2/, { expected: 3, actual: 2 }],
+    [{ weights, mean: [0, 0, "0"] }, /mean\[2\] must be a number, got "0"/],
+    [{ weights, mean: [0, NaN, 0] }, /mean\[1\] must be finite, got NaN/, { value: NaN }],
+    [{ weights, std: [0, 1, 1] }, /std\[0\] must be finite and above 0, got 0/, { value: 0 }],
+    [{ weights, std: [1, 1, Infinity] }, /std\[2\] must be finite/, { value: Infinity }],
+  ]);
+  for (const [options, message, details = {}] of wrongOnnx) {
+    const error = await rejection(loadOnnxDepth(options));
+    assert.equal(error.code, "invalid-argument");
+    assert.match(error.message, message);
+    assert.deepEqual(error.details, details);
+  }
   assert.deepEqual(requests, []);
 });
 

@@ -142,6 +142,9 @@ test("wrong arguments", async () => {
     [{ weights: 3 }, /weights/],
     [{ url: "" }, /url/],
     [{ dilation: -1 }, /dilation/],
+    [null, /options must be an object, got null/],
+    [{ model: null }, /model must be .*, got null/],
+    [{ model: { input: Object.create(null) } }, /model.input must be .*, got Object/],
   ]);
   for (const [options, message] of wrong) {
     const error = await rejection(loadInpainter(options));
@@ -156,6 +159,19 @@ test("wrong arguments", async () => {
     ),
   );
   assert.equal(other.code, "size-mismatch");
+  const sizes = { width: 4, height: 4, expectedWidth: 8, expectedHeight: 8 };
+  assert.deepEqual(other.details, sizes);
+  const whole = mask(8, 8, () => true);
+  const none = /** @type {any} */ (null);
+  for (const [inpainting, message] of /** @type {[Promise<unknown>, RegExp][]} */ ([
+    [average.inpaint(none, whole), /mosaic must be an object, got null/],
+    [average.inpaint(picture, none), /voidMask must be an object, got null/],
+    [average.inpaint(picture, whole, none), /options must be an object, got null/],
+  ])) {
+    const refused = await rejection(inpainting);
+    assert.equal(refused.code, "invalid-argument");
+    assert.match(refused.message, message);
+  }
   const short = { ...mask(8, 8, () => true), data: new Uint8Array(3) };
   const error = await rejection(average.inpaint(picture, short));
   assert.deepEqual([error.code, error.details.actual], ["size-mismatch", 3]);
