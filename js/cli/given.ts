@@ -3,7 +3,7 @@ import { basename } from "node:path";
 import { FileError } from "../cases/errors.js";
 import { readText } from "../cases/files.js";
 import { isFields, isFinite, numbersOf, parseJson } from "../cases/json.js";
-import type { PhotoInput } from "../index.js";
+import type { PhotoInput, Size } from "../index.js";
 
 /** The camera of one photo, as `stitchMany` takes it. */
 export type GivenCamera = Required<Pick<PhotoInput, "camera" | "focalLength">>;
@@ -12,11 +12,17 @@ export type GivenCamera = Required<Pick<PhotoInput, "camera" | "focalLength">>;
 export interface GivenCameras {
   readonly cameras: readonly GivenCamera[];
   readonly distortion: number | undefined;
+  /**
+   * Checks that the photos are as large as the file says, where it does: focal lengths are in pixels.
+   *
+   * @throws {FileError} `invalid-case`.
+   */
+  checkSizes(photos: readonly Size[]): void;
 }
 
 /**
- * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "focalLength", "camera": { "rotation", "translation" } }], "distortion" }`,
- * as `--report` writes it; the rest is ignored, and "file" and "distortion" may be missing.
+ * Reads the cameras of all photos from JSON: `{ "photos": [{ "file", "width", "height", "focalLength", "camera": { "rotation", "translation" } }], "distortion" }`,
+ * as `--report` writes it; the rest is ignored, and "file", "width", "height" and "distortion" may be missing.
  *
  * @throws {FileError} `invalid-case`.
  */
@@ -49,5 +55,16 @@ export async function loadCameras(path: string, photos: readonly string[]): Prom
       camera: { rotation: numbers("rotation", 9), translation: numbers("translation", 3) },
     };
   });
-  return { cameras, distortion };
+  const checkSizes = (sizes: readonly Size[]): void =>
+    sizes.forEach((size, i) => {
+      const entry: unknown = list[i];
+      for (const side of ["width", "height"] as const) {
+        const said = isFields(entry) ? entry[side] : undefined;
+        if (said !== undefined && said !== size[side])
+          fail(
+            `"photos[${i}]": "${side}" is ${JSON.stringify(said)}, that of ${photos[i]} is ${size[side]}`,
+          );
+      }
+    });
+  return { cameras, distortion, checkSizes };
 }

@@ -26,7 +26,7 @@ const INPUT: readonly Row[] = [
   ],
   [
     "--cameras FILE",
-    "of three photos or more, JSON with the camera and focal length of each, as --report writes it",
+    "of three photos or more, JSON with the camera and focal length of each, as --report writes it for photos of the same sizes",
   ],
   [
     "--distortion N",

@@ -33,13 +33,14 @@ export async function stitchManyFiles(
     const maps = depth?.files.map((path) => path && read(path, () => loadDepth(path, depth, by)));
     return Promise.all([Promise.all(images), Promise.all(maps ?? [])]);
   });
+  const sizes = decoded.map(({ image: { width, height } }) => ({ width, height }));
+  known?.checkSizes(sizes);
   const colours = await matchColours(photos, decoded, reference ?? 0);
   const images = colours.images.map((image, i) => {
     const map = depths[i];
     const focalLength = settings.focalLength === undefined ? decoded[i]?.focalLength : null;
     return { ...image, focalLength, ...known?.cameras[i], ...(map && { depth: map }) };
   });
-  const sizes = images.map(({ width, height }) => ({ width, height }));
   const call = { onProgress: line.show, workers: command.workers };
   const distortion = command.distortion ?? known?.distortion;
   // The photos are not needed any more here.

@@ -115,6 +115,22 @@ test("what does not fit the photos is refused in one line", async () => {
     assert.match(done.stderr, /^depthstitch: invalid-case: .*cameras\.json: /);
     assert.match(done.stderr, line);
   }
+  // Focal lengths are in pixels.
+  const sized = set.photos.map((file) => ({ file, focalLength: 300, camera: whole, width: 320 }));
+  for (const [side, value] of /** @type {const} */ ([
+    ["width", 640],
+    ["height", "240"],
+  ])) {
+    const path = await cameras({
+      photos: sized.map((photo, i) => (i === 2 ? { ...photo, [side]: value } : photo)),
+    });
+    const done = run(...files, "--cameras", path);
+    assert.equal(done.status, 1, done.stderr);
+    assert.match(
+      done.stderr,
+      new RegExp(`"photos\\[2\\]": "${side}" is ${JSON.stringify(value)}, that of .* is \\d+\n$`),
+    );
+  }
   // JSON has no infinity, but what is read as one.
   const endless = await cameras({ photos: some, distortion: 12345 });
   await writeFile(endless, (await readFile(endless, "utf8")).replace("12345", "1e999"));
