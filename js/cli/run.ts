@@ -1,26 +1,21 @@
 import { join } from "node:path";
-import { CASE_FILE, caseFiles, loadPair, type PairFiles } from "../cases/case.js";
+import { CASE_FILE, caseFiles } from "../cases/case.js";
 import { FileError } from "../cases/errors.js";
-import { encodeGrayPng, encodePng } from "../codecs.js";
-import { StitchError, crop, defaultOptions, stitch, version } from "../index.js";
+import { StitchError, version } from "../index.js";
 import {
   checkPaths,
   inputPaths,
   outputPaths,
   parseCommand,
-  type Outputs,
   type StitchCommand,
   type StitchManyCommand,
 } from "./arguments.js";
-import { matchColours } from "./colours.js";
-import { withDecoder } from "./decoding.js";
-import { encodeImage, jsonBytes } from "./encode.js";
 import { helpText } from "./help.js";
 import { stitchManyFiles } from "./many.js";
 import { checkOutputs, writeOutputs } from "./output.js";
-import type { Produced } from "./produced.js";
-import { progressLine, readingOf, type ProgressLine } from "./progress.js";
-import { report, summary } from "./report.js";
+import { stitchPairFiles } from "./pair.js";
+import { encoded, type Stitched } from "./produced.js";
+import { progressLine, type ProgressLine } from "./progress.js";
 import { UsageError } from "./usage.js";
 
 const OK = 0;
@@ -57,18 +52,21 @@ async function runStitch(command: StitchCommand): Promise<void> {
   // Also what is not read this time: a case has to stay whole.
   const description = "case" in input ? [join(input.case, CASE_FILE)] : [];
   checkPaths(command.outputs, [...inputPaths(given), ...description]);
-  await produce(command, (line) => stitchFiles(command, files, line));
+  await produce(command, (line) => stitchPairFiles(command, files, line));
 }
 
 /** Writes what `work` makes, and says so. */
 async function produce(
-  { outputs, quiet, progress }: StitchCommand | StitchManyCommand,
-  work: (line: ProgressLine) => Promise<Produced>,
+  command: StitchCommand | StitchManyCommand,
+  work: (line: ProgressLine) => Promise<Stitched>,
 ): Promise<void> {
+  const { outputs, quiet, progress } = command;
   const line = progressLine(process.stderr, !quiet && (progress ?? process.stderr.isTTY));
   await checkOutputs(outputPaths(outputs));
   try {
-    const { contents, warnings, summary } = await work(line);
+    const stitched = await work(line);
+    line.message("writing");
+    const { contents, warnings, summary } = await encoded(command, stitched);
     await writeOutputs(contents);
     line.clear();
     if (quiet) return;
@@ -77,63 +75,6 @@ async function produce(
   } finally {
     line.clear();
   }
-}
-
-/** Reads, stitches and encodes two photos. */
-async function stitchFiles(
-  { settings, outputs, quality, crop: part, workers }: StitchCommand,
-  files: PairFiles,
-  line: ProgressLine,
-): Promise<Produced> {
-  const onFile = readingOf(inputPaths(files), line);
-  const pair = await withDecoder((by) => loadPair(files, onFile, by));
-  const { matches, targetDepth, referenceDepth } = pair;
-  const [ofTarget, ofReference] = pair.metadata;
-  const photos = [
-    { image: pair.target, metadata: ofTarget },
-    { image: pair.reference, metadata: ofReference },
-  ];
-  const colours = await matchColours([files.target, files.reference], photos, 1);
-  const { colourProfile } = colours;
-  const [target = pair.target, reference = pair.reference] = colours.images;
-  const call = { onProgress: line.show, workers, transfer: true };
-  const result = await stitch(target, reference, {
-    ...settings,
-    ...call,
-    outputs: neededFor(outputs),
-    matches,
-    targetDepth,
-    referenceDepth,
-  });
-  line.message("writing");
-  const rect = part === "none" ? null : result.crop[part];
-  const mosaic = rect ? crop(result.mosaic, rect) : result.mosaic;
-  const metadata = { colourProfile, exif: colours.exif[1] ?? null };
-  const encoded = await encodeImage(outputs.mosaic, mosaic, quality, metadata);
-  const contents = new Map([[outputs.mosaic, encoded]]);
-  if (outputs.warped)
-    contents.set(outputs.warped, await encodePng(result.warped, { colourProfile }));
-  if (outputs.voidMask) contents.set(outputs.voidMask, await encodeGrayPng(result.voidMask));
-  if (outputs.report) {
-    const options = { ...(await defaultOptions(settings.mode)), ...settings };
-    const json = report(await version(), files, pair, options, outputs, result);
-    contents.set(outputs.report, jsonBytes(json));
-  }
-  const warnings = result.report.warnings.map(({ code, message }) => `${code}: ${message}`);
-  return {
-    contents,
-    warnings: [...colours.warnings, ...warnings],
-    summary: summary(outputs, mosaic, result),
-  };
-}
-
-/** The pictures and masks that the files are made of. */
-function neededFor({ warped, voidMask, report }: Outputs): ("mosaic" | "warped" | "voidMask")[] {
-  return [
-    "mosaic",
-    ...(warped ? (["warped"] as const) : []),
-    ...(voidMask || report ? (["voidMask"] as const) : []),
-  ];
 }
 
 /** Prints an error as one line to stderr and returns the exit code. */
