@@ -78,7 +78,7 @@ export const LETTER = { width: 12, height: 20 } as const;
 const DOT = 2;
 
 /** Calls `dot` for every pixel of a line of text whose top left corner is (x, y). Unknown letters are blank. */
-export function letter(
+export function drawText(
   text: string,
   x: number,
   y: number,

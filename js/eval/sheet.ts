@@ -2,7 +2,7 @@ import type { Case } from "../cases/case.js";
 import type { ImageInput, ImageOutput, Size, StitchResult } from "../index.js";
 import { colours, resample } from "../models/resample.js";
 import type { Row } from "./evaluate.js";
-import { LETTER, letter, wrapped } from "./lettering.js";
+import { LETTER, drawText, wrapped } from "./lettering.js";
 import { MEASURES, MEASURE_NAMES } from "./measures.js";
 
 /** Largest size of a picture on the sheet, and the gap around it. */
@@ -68,7 +68,7 @@ export class Sheet {
           data.set(row, 4 * ((top + y) * width + left));
         }
         text.forEach((words, n) => {
-          letter(words, left, top + picture.height + GAP / 2 + n * LETTER.height, (x, y) => {
+          drawText(words, left, top + picture.height + GAP / 2 + n * LETTER.height, (x, y) => {
             data.fill(INK, 4 * (y * width + x), 4 * (y * width + x) + 3);
           });
         });

@@ -10,7 +10,7 @@ import { decodeImage } from "../../dist/codecs.js";
 import { appearance, instability } from "../../dist/eval/appearance.js";
 import { divide } from "../../dist/eval/hidden.js";
 import { perceptualDistance } from "../../dist/eval/lpips.js";
-import { LETTER, letter, wrapped } from "../../dist/eval/lettering.js";
+import { LETTER, drawText, wrapped } from "../../dist/eval/lettering.js";
 import { onnx } from "../models/onnx-writer.mjs";
 import { HEIGHT, WIDTH, writeCase } from "./rendered-case.mjs";
 
@@ -298,7 +298,7 @@ test("--sheet: target, reference, homography and ours side by side, with names a
   }
   // The name is written below the target: as many black dots as its letters have.
   const drawn = new Set();
-  letter("made-good", 10, 10 + HEIGHT + 5, (x, y) => drawn.add(`${x},${y}`));
+  drawText("made-good", 10, 10 + HEIGHT + 5, (x, y) => drawn.add(`${x},${y}`));
   let dots = 0;
   for (let y = 10 + HEIGHT + 5; y < 10 + HEIGHT + 5 + LETTER.height; y++) {
     for (let x = 10; x < 10 + 9 * LETTER.width; x++) {

@@ -1,12 +1,8 @@
-import type { DepthInput, StitchManyResult } from "../../index.js";
+import type { TrueMap } from "../../cases/case-file.js";
+import type { DepthInput, Size, StitchManyResult } from "../../index.js";
 import { FAR, STEP, inverseDepth, project, summary, type TruthError } from "../truth.js";
 import { product, times, transposed, type Point } from "./matrices.js";
 import type { TrueCamera } from "./set.js";
-
-interface Map {
-  readonly h: number[];
-  readonly e: readonly number[];
-}
 
 /**
  * Distance in pixels between where the pixels of all photos land in the reference's view and where they should: of those
@@ -58,11 +54,6 @@ export function landingErrors(
   };
 }
 
-interface Size {
-  readonly width: number;
-  readonly height: number;
-}
-
 function middleOf(size: Size | undefined): readonly [number, number] {
   return size ? [(size.width - 1) / 2, (size.height - 1) / 2] : [NaN, NaN];
 }
@@ -80,7 +71,7 @@ function withoutDistortion(
 }
 
 /** From one true camera's pixels to another's, by the inverse depth in the first. */
-function trueMap(from: TrueCamera, to: TrueCamera): Map {
+function trueMap(from: TrueCamera, to: TrueCamera): TrueMap {
   const rotation = product(to.R, transposed(from.R));
   const [f, , cx, , g, cy] = from.K as readonly [number, number, number, number, number, number];
   const back = [1 / f, 0, -cx / f, 0, 1 / g, -cy / g, 0, 0, 1];
