@@ -7,6 +7,10 @@ import type { Options } from "../index.js";
 import type { Group } from "./measures.js";
 import { MODES, type Mode } from "./modes.js";
 
+/** Flags that only pairs have, and that only sets have. */
+const PAIR_FLAGS = ["data", "mode", "matches", "look", "stability", "hidden", "lpips"] as const;
+const SET_FLAGS = ["leave-out"] as const;
+
 /** What an evaluation is asked to do. */
 export interface Request {
   readonly data: string;
@@ -70,6 +74,10 @@ Stitches every case folder in DIR and prints what it measures: of the overlap un
 export function parseRequest(args: readonly string[]): Request | undefined {
   const flags = parse(withDefault(args));
   if (flags.help) return undefined;
+  const many = flags.many !== undefined;
+  const extra = (many ? PAIR_FLAGS : SET_FLAGS).find((flag) => flags[flag] !== undefined);
+  if (extra)
+    throw new UsageError(`--${extra} ${many ? "cannot be combined with" : "needs"} --many`);
   const matches = flags.matches ?? "supplied";
   if (matches !== "supplied" && matches !== "own")
     throw new UsageError(`--matches must be supplied or own, got ${JSON.stringify(matches)}`);
@@ -84,11 +92,15 @@ export function parseRequest(args: readonly string[]): Request | undefined {
         `--set needs OPTION=VALUE with one of ${SETTING_NAMES.join(", ")}, got ${assignment}`,
       );
     }
+    if (name === "projection" && !many)
+      throw new UsageError(
+        "--set projection needs --many: pairs are shown on the plane, on which the measures are taken",
+      );
     applySetting(settings, name, assignment.slice(equals + 1), name);
   }
   return {
     data: flags.many ?? flags.data ?? process.env.DEPTHSTITCH_DATA ?? DATA,
-    many: flags.many !== undefined,
+    many,
     modes: modeNames(flags).map((name) => [name, modeOf(name)] as const),
     wanted: globs(flags.cases ?? "*"),
     settings,

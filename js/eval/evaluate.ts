@@ -5,7 +5,7 @@ import { appearance, instability } from "./appearance.js";
 import { compareHidden, cutReference, type Cut } from "./hidden.js";
 import type { PerceptualDistance } from "./lpips.js";
 import { UNMEASURED, type Group, type Values } from "./measures.js";
-import { MEASURED, type Mode } from "./modes.js";
+import { onPlane, type Mode } from "./modes.js";
 import { checkTruth, truthError } from "./truth.js";
 
 /** What is measured of one case in one mode. */
@@ -83,8 +83,7 @@ function known(error: unknown): StitchError | FileError {
 }
 
 function stitched(input: Case, mode: Mode, { settings, ownMatches }: Task): Promise<StitchResult> {
-  return stitch(input.target, input.reference, {
-    ...MEASURED,
+  const options = onPlane({
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : input.matches,
@@ -92,6 +91,7 @@ function stitched(input: Case, mode: Mode, { settings, ownMatches }: Task): Prom
     referenceDepth: mode.depth ? input.referenceDepth : undefined,
     outputDepth: true,
   });
+  return stitch(input.target, input.reference, options);
 }
 
 async function measured(

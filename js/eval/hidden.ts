@@ -13,7 +13,7 @@ import {
   type StitchResult,
 } from "../index.js";
 import { compare, type Comparison } from "./comparison.js";
-import { MEASURED, type Mode } from "./modes.js";
+import { onPlane, type Mode } from "./modes.js";
 
 /** Share of the overlap that is hidden. */
 const HIDDEN = 0.4;
@@ -41,8 +41,8 @@ export interface Cut {
  */
 export async function cutReference(input: Case): Promise<Cut | undefined> {
   const { target, reference, matches, targetDepth, referenceDepth } = input;
-  const inputs = { matches, targetDepth, referenceDepth };
-  const whole = await stitch(target, reference, { ...MEASURED, ...inputs, fill: "none" });
+  const options = onPlane({ matches, targetDepth, referenceDepth, fill: "none" as const });
+  const whole = await stitch(target, reference, options);
   const cut = divide(reference, whole);
   return cut && { ...cut, matches: matches ?? whole.matches };
 }
@@ -106,14 +106,14 @@ export async function compareHidden(
 ): Promise<(Comparison & { readonly shown: number }) | undefined> {
   const { hidden, left } = cut;
   const { reference, referenceDepth } = input;
-  const result = await stitch(input.target, crop(reference, left), {
-    ...MEASURED,
+  const options = onPlane({
     ...mode.settings,
     ...settings,
     matches: ownMatches ? undefined : matchesIn(cut.matches, left),
     targetDepth: mode.depth ? input.targetDepth : undefined,
     referenceDepth: mode.depth ? depthIn(referenceDepth, reference, left) : undefined,
   });
+  const result = await stitch(input.target, crop(reference, left), options);
   const found = compare(shownOf(result, hidden, left), crop(reference, hidden));
   if (!found) return undefined;
   return { ...found, shown: Math.min(1, found.share / Math.max(cut.covered, 1e-6)) };

@@ -7,8 +7,10 @@ export interface Mode {
   readonly depth: boolean;
 }
 
-/** How everything that is measured is stitched: the measures are taken on the reference's plane. */
-export const MEASURED = { projection: "plane", worker: false } as const;
+/** Options of a stitch that is measured: on the reference's plane, where measures are taken, whatever else they say. */
+export function onPlane<T extends object>(options: T) {
+  return { ...options, projection: "plane", worker: false } as const;
+}
 
 const PAPER: Partial<Options> = { mode: "paper" };
 

@@ -9,7 +9,8 @@ import { OPTION_LIST } from "depthstitch/options";
 import { decodeImage } from "../../dist/codecs.js";
 import { UNMEASURED } from "../../dist/eval/measures.js";
 import { MANY } from "../../dist/eval/many/evaluate.js";
-import { MODES } from "../../dist/eval/modes.js";
+import { parseRequest } from "../../dist/eval/arguments.js";
+import { MODES, onPlane } from "../../dist/eval/modes.js";
 import { checkFloors, readFloors } from "../../dist/eval/floors.js";
 import { mean, median, percentile } from "../../dist/eval/statistics.js";
 import { means } from "../../dist/eval/summarise.js";
@@ -133,6 +134,9 @@ test("what does not exist (yet) is refused with exit code 2", () => {
     { args: ["--cases", "none"], line: /no case folder/ },
     { args: ["--data", join(folder, "nowhere")], line: /cannot be read/ },
     { args: ["--wrong"], line: /--wrong/ },
+    { args: ["--leave-out"], line: /--leave-out needs --many/ },
+    { args: ["--set", "projection=sphere"], line: /--set projection needs --many/ },
+    { args: ["--many"], line: /--data cannot be combined with --many/ },
     { args: ["--lpips", join(folder, "no.onnx")], line: /--lpips .* cannot be read/ },
   ];
   for (const { args, line } of refused) {
@@ -140,6 +144,29 @@ test("what does not exist (yet) is refused with exit code 2", () => {
     assert.equal(status, 2, args.join(" "));
     assert.match(stderr, line);
   }
+});
+
+test("what only pairs have is refused of sets", () => {
+  const flags = [
+    ["--mode", "paper"],
+    ["--matches", "own"],
+    ["--look"],
+    ["--stability"],
+    ["--hidden"],
+    ["--lpips", "network.onnx"],
+  ];
+  for (const flag of flags) {
+    assert.throws(() => parseRequest([...flag, "--many", data]), {
+      name: "UsageError",
+      message: `${flag[0]} cannot be combined with --many`,
+    });
+  }
+  assert.equal(parseRequest(["--many", data, "--set", "projection=sphere"])?.many, true);
+});
+
+test("a stitch that is measured is one on the plane, whatever its options say", () => {
+  const options = onPlane({ seed: 2, projection: "sphere", worker: true });
+  assert.deepEqual(options, { seed: 2, projection: "plane", worker: false });
 });
 
 test("nothing to check is no success", () => {

@@ -2,7 +2,7 @@
  * One photo of a set is left out, the others are stitched, and what they show in its place is compared with that photo as
  * the solution of all puts it.
  */
-import { MEASURED } from "../modes.js";
+import { onPlane } from "../modes.js";
 import {
   stitchMany,
   warp,
@@ -45,7 +45,7 @@ export async function compareLeftOut(
   settings: Partial<Options>,
 ): Promise<Comparison | undefined> {
   // On the plane both pictures are in the reference's own pixels.
-  const options = { ...settings, ...MEASURED };
+  const options = onPlane(settings);
   const all = await stitchMany(photos, { ...options, outputDepth: true, fill: "none" });
   const out = photos.length > 2 ? dispensable(all) : undefined;
   const own = all.photos[out ?? -1];
