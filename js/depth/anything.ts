@@ -4,6 +4,7 @@ import type { ImageInput } from "../types.js";
 import { orAborted, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
 import { modelError } from "../models/errors.js";
+import { loaded } from "../models/loaded.js";
 import { configure, exclusively } from "../models/runtime.js";
 import type { ModelCallOptions } from "../models/types.js";
 import { estimator } from "./estimator.js";
@@ -54,21 +55,14 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
     library.env,
     () => settingsOf(given, library.env, signal),
     // A GPU may have too little memory, or a broken driver.
-    () => others.reduce((loaded, next) => loaded.catch(() => load(next)), load(first)),
+    () => others.reduce((loading, next) => loading.catch(() => load(next)), load(first)),
   );
-  const release = (late: Awaited<typeof loading>) => void late.network.dispose();
-  const { processor, network, device } = await orAborted(loading, signal, release).catch(
-    (cause: unknown) => {
-      throwIfAborted(signal);
-      throw modelError(`the depth model ${id} could not be loaded`, cause);
-    },
+  const { processor, network, device } = await loaded(
+    loading,
+    { onProgress, signal },
+    ({ network }) => network.dispose(),
+    (cause) => modelError(`the depth model ${id} could not be loaded`, cause),
   );
-  try {
-    onProgress?.({ stage: "prepare", fraction: 1 });
-  } catch (error) {
-    await network.dispose();
-    throw error;
-  }
 
   return estimator({
     device,

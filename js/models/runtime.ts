@@ -2,6 +2,7 @@
 import { orAborted } from "./abort.js";
 import { fetchBytes } from "./fetch.js";
 import { missingPackage, modelError } from "./errors.js";
+import { loaded } from "./loaded.js";
 import { serialQueue } from "./queue.js";
 import type { ModelCallOptions, RuntimeOptions, WasmPaths } from "./types.js";
 
@@ -62,18 +63,12 @@ export async function openSession(
       logSeverityLevel: 3,
     }),
   );
-  const session = await orAborted(creating, signal, (late) => void late.release()).catch(
-    (cause: unknown) => {
-      if (signal?.aborted) throw cause;
-      throw modelError(createMessage(weights, cause), cause);
-    },
+  const session = await loaded(
+    creating,
+    options,
+    (session) => session.release(),
+    (cause) => modelError(createMessage(weights, cause), cause),
   );
-  try {
-    onProgress?.({ stage: "prepare", fraction: 1 });
-  } catch (error) {
-    await session.release();
-    throw error;
-  }
   return wrap(runtime, session);
 }
 

@@ -22,6 +22,23 @@ test("files are read in turn, and said to be", async () => {
   assert.deepEqual(heard, ["begin a", "end a", "begin b", "end b", "begin c", "end c"]);
 });
 
+test("no file is read after one that could not be", async () => {
+  /** @type {string[]} */
+  const heard = [];
+  const read = inTurn((path) => heard.push(path));
+  const mine = new Error("mine");
+  const load = async (/** @type {string} */ path) => {
+    if (path === "b") throw mine;
+  };
+  const reading = ["a", "b", "c"].map((path) => read(path, load));
+  const outcomes = await Promise.allSettled(reading);
+  assert.deepEqual(
+    outcomes.map((outcome) => ("reason" in outcome ? outcome.reason : undefined)),
+    [undefined, mine, mine],
+  );
+  assert.deepEqual(heard, ["a", "b"]);
+});
+
 test("a thread decodes what it is given, in turn, and says what it cannot", async () => {
   const { target } = await sample();
   const [first, error, second] = await withDecoder((by) =>
