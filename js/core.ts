@@ -6,7 +6,7 @@ import * as manyGlue from "./wasm/many.js";
 
 /** The core on this thread. */
 export const core = instance(coreGlue);
-/** The core with what many photos need besides: a quarter more, which is loaded when it is needed. */
+/** The core with what many photos need besides: two fifths more, which is loaded when it is needed. */
 export const many = instance(manyGlue);
 
 /** Names of the modules that stitch. */

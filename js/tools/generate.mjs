@@ -52,6 +52,7 @@ function cliDocument(help) {
 
     depthstitch left.jpg right.jpg -o mosaic.jpg
     depthstitch left.jpg right.jpg --target-depth left.png --reference-depth right.png -o mosaic.jpg
+    depthstitch a.jpg b.jpg c.jpg --reference b.jpg --report report.json -o mosaic.jpg
     depthstitch --case DIR
 
 In a clone of the repository: \`npm ci && npm run build\`, then \`node dist/cli/main.js\`. The format of case folders is
