@@ -75,6 +75,12 @@ pub(crate) fn meaningful_consensus(n: usize, m: usize, p: f64) -> usize {
     least
 }
 
+/// At most so many of the values, from all over the list.
+pub(crate) fn evenly_chosen<T>(values: &[T], most: usize) -> impl Iterator<Item = &T> {
+    let count = values.len().min(most);
+    (0..count).filter_map(move |i| values.get(i * values.len() / count))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

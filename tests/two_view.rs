@@ -235,9 +235,9 @@ fn matches_that_a_lens_bends_off_their_lines_take_part() {
 #[test]
 fn matches_of_a_dense_matcher_are_as_good_as_a_few() {
     let truth = points::Scene::new([0.01, 0.02, 0.0], [0.3, 0.05, -0.1], 320.0, hills, 1).truth;
-    let mut matches = grid(&truth, hills, [0..320, 0..240], 3);
+    let mut matches = grid(&truth, hills, [0..320, 0..240], 2);
     let many = matches.len();
-    assert!(many > 6000, "{many}");
+    assert!(many > 12_000, "{many}");
     // What moved along the epipolar line contradicts nothing but its neighbours.
     for (i, m) in matches.iter_mut().step_by(7).enumerate() {
         let [x, y] = m.target;

@@ -4,7 +4,7 @@ use super::interpolation::{Kernel, Sample, Scattered};
 use crate::geometry::{DepthSample, Estimate, EstimateOptions, Match, two_view_geometry};
 use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
-use crate::statistics::nth;
+use crate::statistics::{evenly_chosen, nth};
 use crate::{ImageView, InverseDepth, Result};
 
 /// Without matches around of like colour the depth soon is that of the plane: extrapolations would differ between both photos.
@@ -15,8 +15,9 @@ const WIDE: Kernel = Kernel { near: 0.06, far: 0.3, nodes: 40.0, ..NEAR };
 /// changes nothing.
 const PREDICTABLE: f64 = 0.0025;
 
-/// Most matches that the maps go through, evenly chosen: of a dense matcher's, more make them no better, but slower.
-const MOST_SAMPLES: usize = 4000;
+/// Most matches that the maps go through, evenly chosen: time grows with their square. A dense matcher has ten times as many. On a pair with 6000 matches
+/// half of them cost 1.2 dB.
+const MOST_SAMPLES: usize = 8000;
 
 /// Geometry and depth of two photos.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +95,7 @@ pub(crate) fn dense(
     image: ImageView<'_>,
     observer: &mut dyn Observer,
 ) -> Result<(InverseDepth, f64)> {
-    let ends: Vec<&DepthSample> = ends.iter().step_by(ends.len().div_ceil(MOST_SAMPLES).max(1)).collect();
+    let ends: Vec<&DepthSample> = evenly_chosen(ends, MOST_SAMPLES).collect();
     // All points are localised equally well, so a depth is the better known the more it moves its point.
     let mean = ends.iter().map(|m| m.parallax * m.parallax).sum::<f64>() / ends.len() as f64;
     let mut samples: Vec<Sample> = ends

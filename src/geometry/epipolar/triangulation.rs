@@ -8,6 +8,7 @@ use crate::geometry::model::Model;
 use crate::geometry::plane::{DepthSample, dominant_plane, plane_depth};
 use crate::geometry::ransac::score::count;
 use crate::geometry::usable::flagged;
+use crate::statistics::evenly_chosen;
 
 /// Least number of matches with a relative inverse depth: one more than determine a fundamental matrix.
 const MIN_MATCHES: usize = 8;
@@ -103,12 +104,11 @@ fn consistent_with_neighbours(matches: &[Triangulated], unit: f64) -> Vec<Triang
     /// and so much more per pixel of distance.
     const GRADIENT: f64 = 0.3;
     /// Most matches that neighbours are sought among, evenly chosen.
-    const MOST: usize = 4000;
-    let step = matches.len().div_ceil(MOST).max(1);
+    const MOST: usize = 8000;
     let consistent = |m: &Triangulated| {
         // Squared distance, and difference of parallax, in ascending order of distance.
         let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
-        for other in matches.iter().step_by(step).filter(|o| o.index != m.index) {
+        for other in evenly_chosen(matches, MOST).filter(|o| o.index != m.index) {
             let (dx, dy) = (m.target[0] - other.target[0], m.target[1] - other.target[1]);
             let distance = dx * dx + dy * dy;
             let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.parallax);
