@@ -88,6 +88,21 @@ test("takes photos dropped on their cards, and two dropped anywhere", async () =
   await close();
 });
 
+test("a photo that is dropped while another is read takes the other place", async () => {
+  const { page, complaints, close } = await site.open();
+  const side = 5000;
+  const black = { data: new Uint8Array(side * side), width: side, height: side };
+  const slow = written("slow.png", await encodeGrayPng(black));
+  await drop(page, ".masthead", [slow]);
+  await page.locator('[data-slot="target"][aria-busy="true"]').waitFor();
+  await drop(page, ".masthead", [copied("reference.jpg", "second.jpg")]);
+  await says(page, "reference", "file", "second.jpg");
+  await says(page, "target", "file", "slow.png");
+  assert.equal(await page.locator("#undo-text").textContent(), "", "nothing was replaced");
+  assert.deepEqual(await complaints(), []);
+  await close();
+});
+
 test("takes pasted photos", async () => {
   const { page, close } = await site.open();
   const photos = await Promise.all(

@@ -2,6 +2,7 @@ import type { Held } from "./contents.js";
 import { InputFileError } from "../input-file-error.js";
 import { endReading, read } from "./held.js";
 import { tasks, type Reply, type Request } from "./tasks.js";
+import { messageOf } from "../message-of.js";
 
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
 interface WorkerScope {
@@ -23,7 +24,7 @@ async function work({ id, name, args }: Request): Promise<void> {
     const value = await task(...args.map((arg) => arrays.get(arg as Held) ?? arg));
     scope.postMessage({ id, value }, transferables(value));
   } catch (error) {
-    const message = error instanceof Error ? error.message : String(error);
+    const message = messageOf(error);
     scope.postMessage({ id, message, unusable: error instanceof InputFileError }, []);
   } finally {
     reading.forEach(endReading);

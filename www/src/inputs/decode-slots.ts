@@ -9,6 +9,7 @@ import {
   type Slots,
   type State,
 } from "../state.js";
+import { messageOf } from "../message-of.js";
 
 /** The parsers of cases and matches, which most do without. */
 export const parsers = () => import("./parse-files.js");
@@ -80,8 +81,4 @@ export async function inOneColourSpace(
     again = { ...again, [slot]: { before, after } };
   }
   return again;
-}
-
-function messageOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

@@ -1,4 +1,6 @@
 import { byId } from "../dom.js";
+import { InputFileError } from "../input-file-error.js";
+import { messageOf } from "../message-of.js";
 import type { InputLoader } from "./load-inputs.js";
 import { slotNames, type SlotName } from "../state.js";
 
@@ -28,11 +30,13 @@ export function bindDrop(loader: InputLoader): void {
     event.preventDefault();
     const slot = slotOf(cardOf(event));
     mark(null, false);
-    void filesOf(event.dataTransfer).then((files) => {
-      const [file] = files;
-      if (slot && file && files.length === 1) void loader.loadOne(slot, file);
-      else void loader.loadMany(files);
-    });
+    filesOf(event.dataTransfer)
+      .then((files) => {
+        const [file] = files;
+        if (slot && file && files.length === 1) return loader.loadOne(slot, file);
+        return loader.loadMany(files);
+      })
+      .catch((error: unknown) => loader.refuse(error));
   });
 }
 
@@ -51,7 +55,9 @@ async function filesOf(transfer: DataTransfer): Promise<File[]> {
   const entries = [...transfer.items].map((item) => item.webkitGetAsEntry());
   const folders = entries.filter(isFolder);
   if (folders.length === 0) return files;
-  const inFolders = await Promise.all(folders.map(filesIn));
+  const inFolders = await Promise.all(folders.map(filesIn)).catch((error: unknown) => {
+    throw new InputFileError(`A folder could not be read: ${messageOf(error)}`);
+  });
   const loose = files.filter((file) => !folders.some((folder) => folder.name === file.name));
   return [...loose, ...inFolders.flat()];
 }

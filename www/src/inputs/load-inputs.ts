@@ -24,6 +24,7 @@ import type { Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
+import { messageOf } from "../message-of.js";
 
 type Origin = Loaded<unknown>["origin"];
 
@@ -33,6 +34,10 @@ export class InputLoader {
   /** The latest load of each slot; earlier ones are given up. */
   readonly #latest = new Map<SlotName, AbortController>();
   #sets: Promise<SetLoader> | null = null;
+  /** Ends when the files chosen so far are loaded; what is chosen meanwhile waits, so that it finds their places taken. */
+  #queue: Promise<void> = Promise.resolve();
+  /** How often loading was cancelled. */
+  #cancelled = 0;
 
   constructor(store: Store) {
     this.#store = store;
@@ -51,7 +56,15 @@ export class InputLoader {
    * Loads several files, assigned by their names. Three photos or more become a set, to which further ones are added. Two
    * photos replace the two that are there, unless they are to be added.
    */
-  async loadMany(files: readonly File[], how: "replace" | "add" = "replace"): Promise<void> {
+  loadMany(files: readonly File[], how: "replace" | "add" = "replace"): Promise<void> {
+    const cancelled = this.#cancelled;
+    this.#queue = this.#queue.then(() => {
+      return this.#cancelled === cancelled ? this.#loadMany(files, how) : undefined;
+    });
+    return this.#queue;
+  }
+
+  async #loadMany(files: readonly File[], how: "replace" | "add"): Promise<void> {
     try {
       const caseFile = files.find(isCaseFile);
       const theCase = caseFile ? await (await parsers()).readCase(caseFile) : null;
@@ -81,8 +94,13 @@ export class InputLoader {
       this.#reportReplaced(before, photos, theCase || photos.length > 1 ? own.length : 0);
       this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
     } catch (error) {
-      this.#store.set({ message: unusable(error, "These files could not be loaded.") });
+      this.refuse(error);
     }
+  }
+
+  /** Says why chosen files could not be loaded. */
+  refuse(error: unknown): void {
+    this.#store.set({ message: unusable(error, "These files could not be loaded.") });
   }
 
   /** Loads the case that is part of the page, unless files are chosen before it has arrived. */
@@ -123,7 +141,7 @@ export class InputLoader {
     const [turned, depth] = await Promise.all([
       decodePhoto(file, file.name, limit, (turns + 1) % 4, colourSpace),
       map && imageTask("turnDepth", map.content),
-    ]).catch((error: unknown) => [error instanceof Error ? error.message : String(error)] as const);
+    ]).catch((error: unknown) => [messageOf(error)] as const);
     if (signal.aborted) return;
     const now = this.#store.state;
     if (typeof turned === "string") {
@@ -234,6 +252,7 @@ export class InputLoader {
 
   /** Gives up what is being read: slots keep what they had. */
   cancel(): void {
+    this.#cancelled += 1;
     const { loading, set } = this.#store.state;
     if (set) void this.sets().then((loader) => loader.cancel());
     if (loading.size === 0) return;

@@ -11,11 +11,14 @@ import {
   type PhotoSet,
   type SetPhoto,
 } from "./photo-set.js";
+import { messageOf } from "../message-of.js";
 
 /** Adds photos to a set, removes them, and decodes those that are to be used. */
 export class SetLoader {
   readonly #store: Store;
   readonly #reading = new Set<number>();
+  /** Whether photos are being read, one after another. */
+  #reads = false;
 
   constructor(store: Store) {
     this.#store = store;
@@ -62,7 +65,8 @@ export class SetLoader {
     const photos = set.photos.filter((photo) => photo !== removed);
     const reference = set.reference === id ? null : set.reference;
     const back = () => {
-      this.#store.set({ set, slots, problems, outcome, status, message: null, undo: null });
+      const back = { slots, problems, outcome, status, message: null, undo: null };
+      this.#store.set({ ...back, set: this.#limited(set) });
       void this.read();
     };
     this.#store.set({
@@ -83,7 +87,7 @@ export class SetLoader {
     const left = (set?.photos.length ?? 0) - photos.length;
     if (!set || left === 0) return;
     const back = () => {
-      this.#store.set({ set, slots: noSlots, undo: null });
+      this.#store.set({ set: this.#limited(set), slots: noSlots, undo: null });
       void this.read();
     };
     this.#store.set({
@@ -133,18 +137,24 @@ export class SetLoader {
 
   /** Decodes, one after another, what is to be used and is not decoded yet. */
   async read(): Promise<void> {
-    for (;;) {
-      const { set } = this.#store.state;
-      const next = set && this.#next(set);
-      if (!next) return;
-      const { limit } = set;
-      this.#reading.add(next.id);
-      const colours = coloursOfSet(set) === "display-p3" ? "display-p3" : null;
-      const decoded = await decode(next, limit, next.content?.turns, colours);
-      this.#reading.delete(next.id);
-      const { set: now } = this.#store.state;
-      // A photo that was removed meanwhile, or is wanted at another size now.
-      if (now?.limit !== limit) continue;
+    if (this.#reads) return;
+    this.#reads = true;
+    try {
+      for (let due = this.#next(); due; due = this.#next()) await this.#readPhoto(due);
+    } finally {
+      this.#reads = false;
+    }
+  }
+
+  async #readPhoto({ set, photo: next }: { set: PhotoSet; photo: SetPhoto }): Promise<void> {
+    const { limit } = set;
+    this.#reading.add(next.id);
+    const colours = coloursOfSet(set) === "display-p3" ? "display-p3" : null;
+    const decoded = await decode(next, limit, next.content?.turns, colours);
+    this.#reading.delete(next.id);
+    const { set: now } = this.#store.state;
+    // Unless the photo was removed meanwhile, or is wanted at another size now.
+    if (now?.limit === limit) {
       const photos = now.photos.map((photo) =>
         photo.id === next.id ? { ...photo, ...decoded, limit } : photo,
       );
@@ -152,11 +162,15 @@ export class SetLoader {
     }
   }
 
-  #next(set: PhotoSet): SetPhoto | undefined {
+  /** The next photo that is to be used and is not decoded yet. */
+  #next(): { set: PhotoSet; photo: SetPhoto } | undefined {
+    const { set } = this.#store.state;
+    if (!set) return undefined;
     const unused = whyUnused(set);
-    return set.photos.find(
+    const photo = set.photos.find(
       (photo) => isDue(photo, set) && !unused.has(photo.id) && !this.#reading.has(photo.id),
     );
+    return photo && { set, photo };
   }
 }
 
@@ -169,7 +183,7 @@ async function decode(
   try {
     return { content: await decodePhoto(file, file.name, limit, turns, colours) };
   } catch (error) {
-    return { problem: error instanceof Error ? error.message : String(error) };
+    return { problem: messageOf(error) };
   }
 }
 

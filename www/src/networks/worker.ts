@@ -1,6 +1,7 @@
 import type { DepthEstimator } from "depthstitch/depth";
 import type { Inpainter } from "depthstitch/inpaint";
 import type { NetworkProgress, NetworkReply, NetworkRequest, Requests } from "./requests.js";
+import { messageOf } from "../message-of.js";
 
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
 interface WorkerScope {
@@ -19,7 +20,7 @@ async function work(request: NetworkRequest): Promise<void> {
       request.name === "depth" ? await estimate(request.args) : await fill(request.args);
     scope.postMessage({ result }, [result.data.buffer]);
   } catch (error) {
-    scope.postMessage({ message: error instanceof Error ? error.message : String(error) }, []);
+    scope.postMessage({ message: messageOf(error) }, []);
   }
 }
 

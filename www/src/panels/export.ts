@@ -9,6 +9,7 @@ import { linkOf } from "../settings-link.js";
 import { baseName } from "../text/file-names.js";
 import { saveBlob } from "./download.js";
 import { savedPart } from "./save-size.js";
+import { messageOf } from "../message-of.js";
 
 const buttons = [
   "download-mosaic",
@@ -58,7 +59,7 @@ export function bindExport(store: Store, version: string): void {
       if (!outcome) return;
       const saved = async (): Promise<unknown> => save(outcome);
       saved().catch((error: unknown) => {
-        const reason = error instanceof Error ? error.message : String(error);
+        const reason = messageOf(error);
         status.textContent = `That did not work: ${reason}`;
       });
     });

@@ -7,6 +7,7 @@ import type { Outcome, Store } from "../state.js";
 import { smallBitmap } from "../view/bitmaps.js";
 import { comparison } from "../view/compare-views.js";
 import { decibels, percent, similarity } from "../text/numbers.js";
+import { messageOf } from "../message-of.js";
 
 /** Twice the width of the widest card, for high-density screens. */
 const width = 560;
@@ -42,8 +43,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
         } catch (error) {
           if (call.signal?.aborted) throw error;
           // A method that fails on these photos is part of the comparison.
-          find(card, ".agreement", HTMLElement).textContent =
-            error instanceof Error ? error.message : String(error);
+          find(card, ".agreement", HTMLElement).textContent = messageOf(error);
         }
       }
     });

@@ -2,6 +2,7 @@ import { StitchError, type ErrorCode } from "depthstitch";
 import { NetworkError } from "../networks/client.js";
 import { bytes, count } from "./numbers.js";
 import type { Message } from "../state.js";
+import { messageOf } from "../message-of.js";
 
 const cancelled: Message = {
   tone: "note",
@@ -108,10 +109,7 @@ export function errorMessage(error: unknown): Message {
       "Check the connection and reload the page.",
     );
   }
-  return problem(
-    "An unexpected error occurred.",
-    error instanceof Error ? error.message : String(error),
-  );
+  return problem("An unexpected error occurred.", messageOf(error));
 }
 
 function commonPoints(found: number): string {

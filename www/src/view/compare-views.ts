@@ -86,9 +86,11 @@ function makeSlider(view: ViewContext): HTMLInputElement {
     max: "1000",
     value: String(1000 * comparison.share),
     "aria-label": "Position of the divider",
+    "aria-valuetext": percent(comparison.share),
   });
   slider.addEventListener("input", () => {
     comparison.share = slider.valueAsNumber / 1000;
+    slider.setAttribute("aria-valuetext", percent(comparison.share));
     view.redraw();
   });
   return slider;

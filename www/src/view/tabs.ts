@@ -13,6 +13,7 @@ import { blinkView, compareView } from "./compare-views.js";
 import { depthView, matchesView } from "./pair-views.js";
 import type { ViewContext, Opened, View } from "./view-types.js";
 import { Viewer } from "./viewer.js";
+import { messageOf } from "../message-of.js";
 
 /** Views of two photos. */
 const pairViews: readonly View[] = [
@@ -151,7 +152,7 @@ class Tabs {
     } catch (error) {
       if (this.#latest !== token) return;
       clear();
-      this.#caption.textContent = error instanceof Error ? error.message : String(error);
+      this.#caption.textContent = messageOf(error);
     } finally {
       clearTimeout(waiting);
     }
