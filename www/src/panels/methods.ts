@@ -29,7 +29,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
     const cards = offered.map((method) => makeCard(method.label, method.hint));
     const own = makeCard("depthstitch", "the result above");
     list.replaceChildren(...cards, own);
-    void fillCard(own, outcome.result, outcome);
+    fillCard(own, outcome.result, outcome).catch((error: unknown) => fail(own, error));
     void runner.compute(async (call) => {
       for (const [index, method] of offered.entries()) {
         const card = cards[index];
@@ -43,7 +43,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
         } catch (error) {
           if (call.signal?.aborted) throw error;
           // A method that fails on these photos is part of the comparison.
-          find(card, ".agreement", HTMLElement).textContent = messageOf(error);
+          fail(card, error);
         }
       }
     });
@@ -63,6 +63,10 @@ function makeCard(label: string, hint: string): HTMLLIElement {
     make("p", { class: "muted" }, hint),
     make("p", { class: "agreement" }, "…"),
   );
+}
+
+function fail(card: HTMLElement, error: unknown): void {
+  find(card, ".agreement", HTMLElement).textContent = messageOf(error);
 }
 
 async function fillCard(card: HTMLElement, result: PairResult, outcome: Outcome): Promise<void> {

@@ -88,10 +88,10 @@ export const matchesView: View = {
       checkbox("Depth", false, (on) => {
         shown.depth = on;
         if (!on || depth || !targetDepth || !referenceDepth) return view.redraw();
-        void both(drawnMap(targetDepth), drawnMap(referenceDepth)).then((maps) => {
+        both(drawnMap(targetDepth), drawnMap(referenceDepth)).then((maps) => {
           depth = maps;
           view.redraw();
-        });
+        }, view.fail);
       });
     const { report } = result;
     return {

@@ -76,7 +76,8 @@ class Tabs {
 
   constructor(store: Store, runner: Runner, offerDepth: () => void) {
     this.#store = store;
-    this.#context = viewContext(this.#viewer, runner, offerDepth);
+    const fail = (error: unknown) => void (this.#caption.textContent = messageOf(error));
+    this.#context = viewContext(this.#viewer, runner, offerDepth, fail);
     const list = byId("tabs", HTMLElement);
     for (const group of ["result", "steps"] as const) {
       const members = tabViews.flatMap((view) =>
@@ -196,7 +197,12 @@ function referenceOf(outcome: Outcome | ManyOutcome): object | null | undefined 
 }
 
 /** What the views can use. */
-function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): ViewContext {
+function viewContext(
+  viewer: Viewer,
+  runner: Runner,
+  offerDepth: () => void,
+  fail: (error: unknown) => void,
+): ViewContext {
   const computed = async <T>(work: (call: CallOptions) => Promise<T>): Promise<T> => {
     const value = await runner.compute(work);
     if (value === undefined) throw new Error("The computation failed.");
@@ -204,6 +210,7 @@ function viewContext(viewer: Viewer, runner: Runner, offerDepth: () => void): Vi
   };
   return {
     redraw: () => viewer.redraw(),
+    fail,
     offerDepth,
     resultBy: (method, outcome) => computed((call) => resultOf(jobFor(method, outcome), call)),
     async averaged(outcome) {

@@ -8,6 +8,8 @@ import type { Scene } from "./viewer.js";
 export interface ViewContext {
   /** Redraws the current scene. */
   redraw(): void;
+  /** Says in the caption why something cannot be shown. */
+  fail(error: unknown): void;
   /** Opens the settings of the depth network. */
   offerDepth(): void;
   /** Stitches the photos of the outcome by another method, unless the result is cached. */
