@@ -11,6 +11,7 @@ import {
 } from "node:fs";
 import { homedir } from "node:os";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 import {
   bin,
   cargoEnv,
@@ -159,13 +160,33 @@ async function unlessFresh(name, inputs, outputs, make) {
   writeFileSync(stamp, digest);
 }
 
-/** What cargo makes of a module; it takes the place of the one before. @param {WasmModule} module */
-async function compile({ name, feature }) {
-  const target = "wasm32-unknown-unknown";
-  const what = ["--profile", "wasm", "--lib", "--target", target, "--features", feature];
-  await runAsync("cargo", ["build", ...what], { env: wasmEnv });
+/** What cargo compiles. */
+function rustInputs() {
+  const sources = readdirSync(join(root, "src"), { recursive: true, withFileTypes: true })
+    .filter((entry) => entry.isFile())
+    .map((entry) => join(entry.parentPath, entry.name));
+  const settings = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"].map((file) =>
+    join(root, file),
+  );
+  const files = [...sources.sort(), ...settings, fileURLToPath(import.meta.url)];
+  const compiler = [output("rustc", ["--version"]), JSON.stringify(wasmEnv)];
+  return [...compiler, ...files.flatMap((file) => [file, readFileSync(file)])];
+}
+
+/**
+ * What cargo makes of a module. It takes the place of that of the module before, so cargo finds none of them fresh.
+ *
+ * @param {WasmModule} module
+ * @param {(string | Buffer)[]} inputs
+ */
+async function compile({ name, feature }, inputs) {
   const compiled = join(root, "target", `${name}.compiled.wasm`);
-  cpSync(join(root, "target", target, "wasm", "depthstitch.wasm"), compiled);
+  await unlessFresh(`${name}.compiled.sha256`, inputs, [compiled], async () => {
+    const target = "wasm32-unknown-unknown";
+    const what = ["--profile", "wasm", "--lib", "--target", target, "--features", feature];
+    await runAsync("cargo", ["build", ...what], { env: wasmEnv });
+    cpSync(join(root, "target", target, "wasm", "depthstitch.wasm"), compiled);
+  });
   return compiled;
 }
 
@@ -192,9 +213,10 @@ async function finish({ name, folder, opt }, compiled) {
 
 /** All modules: one is finished while the next is compiled, as either keeps one core busy. */
 async function buildModules() {
+  const inputs = rustInputs();
   let finishing = async () => {};
   for (const module of modules) {
-    const [compiled] = await Promise.all([compile(module), finishing()]);
+    const [compiled] = await Promise.all([compile(module, inputs), finishing()]);
     finishing = () => finish(module, compiled);
   }
   await finishing();
