@@ -9,6 +9,7 @@ import {
 import type {
   DepthSettings,
   Loaded,
+  Message,
   PhotoSlot,
   Settings,
   SlotName,
@@ -17,9 +18,9 @@ import type {
   Store,
 } from "../state.js";
 import { decodePhoto, imageTask } from "../image-worker/client.js";
-import { InputFileError } from "../input-file-error.js";
 import { decodeSlot, inOneColourSpace, parsers, turnsOf } from "./decode-slots.js";
 import type { Files } from "./decode-slots.js";
+import { hiddenProblems, incompleteCase, unusable, unusedFiles } from "./file-messages.js";
 import type { Case } from "./parse-files.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
@@ -79,20 +80,20 @@ export class InputLoader {
         else loader.start(photos, adds);
         this.#giveUp();
         if (!before.set && !adds) this.#reportReplaced(before, photos, own.length);
-        this.#reportUnusedFiles(
-          files.filter((file) => !photos.includes(file) && !isCaseFile(file)),
-          [],
-          photos.length,
-        );
+        const others = files.filter((file) => !photos.includes(file) && !isCaseFile(file));
+        this.#say(unusedFiles(others, photos.length, this.#store.state.set !== null));
         return;
       }
       const absent = theCase ? namesAbsent(theCase, placed) : [];
       if (theCase) this.#clearOthers(placed);
       if (!(await this.#load(placed, "own", theCase?.depth))) return;
-      this.#reportProblems(placed);
+      this.#say(hiddenProblems(this.#store.state.problems, placed));
       // A single photo has taken a free place, and files that are no photos have taken that of none.
       this.#reportReplaced(before, photos, theCase || photos.length > 1 ? own.length : 0);
-      this.#reportUnusedFiles(left, absent, Object.keys(placed).length);
+      const count = Object.keys(placed).length;
+      this.#say(
+        count > 0 && absent.length > 0 ? incompleteCase(absent) : unusedFiles(left, count, false),
+      );
     } catch (error) {
       this.refuse(error);
     }
@@ -182,23 +183,6 @@ export class InputLoader {
       ({ SetLoader }) => new SetLoader(this.#store),
     );
     return this.#sets;
-  }
-
-  /** Says in the message what is wrong with files whose cards are not in view: those that are no photos. */
-  #reportProblems(placed: Files): void {
-    const { problems } = this.#store.state;
-    const wrong = slotNames.filter((slot) => problems[slot] !== undefined && placed[slot]);
-    const hidden = wrong.filter((slot) => slot !== "target" && slot !== "reference");
-    if (hidden.length === 0) return;
-    const names = hidden.map((slot) => placed[slot]?.name ?? "").join(", ");
-    this.#store.set({
-      message: {
-        lasting: true,
-        tone: "error",
-        title: `${names} cannot be used.`,
-        advice: hidden.map((slot) => problems[slot]).join(" "),
-      },
-    });
   }
 
   /** Offers the way back after photos have taken the place of others, and to keep both. */
@@ -329,36 +313,8 @@ export class InputLoader {
     return true;
   }
 
-  #reportUnusedFiles(left: readonly File[], absent: readonly string[], placed: number): void {
-    const names = left.map((file) => file.name).join(", ");
-    if (placed === 0) {
-      this.#store.set({
-        message: {
-          lasting: true,
-          tone: "error",
-          title: "None of these files can be used.",
-          advice: `Photos are JPEG, PNG or WebP files; depth maps grayscale PNG, .npy or .pfm; matches CSV. Ignored: ${names || "no files"}.`,
-        },
-      });
-    } else if (absent.length > 0) {
-      this.#store.set({
-        message: {
-          lasting: true,
-          tone: "error",
-          title: "The case is incomplete.",
-          advice: `Missing: ${absent.join(", ")}. Drop all files of the case together.`,
-        },
-      });
-    } else if (left.length > 0) {
-      this.#store.set({
-        message: {
-          lasting: true,
-          tone: "note",
-          title: "Some files were ignored.",
-          advice: `${this.#store.state.set ? "Depth maps and matches are used with two photos only. " : ""}Ignored: ${names}.`,
-        },
-      });
-    }
+  #say(message: Message | null): void {
+    if (message) this.#store.set({ message });
   }
 }
 
@@ -385,14 +341,6 @@ function namesAbsent(theCase: Case, placed: Files): string[] {
     const name = theCase.files[slot];
     return name !== undefined && !placed[slot] ? [name] : [];
   });
-}
-
-function unusable(error: unknown, title: string) {
-  const advice =
-    error instanceof InputFileError
-      ? error.message
-      : "Check the connection, or choose photos of your own.";
-  return { tone: "error", title, advice } as const;
 }
 
 function without<T>(
