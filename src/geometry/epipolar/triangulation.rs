@@ -105,10 +105,11 @@ fn consistent_with_neighbours(matches: &[Triangulated], unit: f64) -> Vec<Triang
     const GRADIENT: f64 = 0.3;
     /// Most matches that neighbours are sought among, evenly chosen.
     const MOST: usize = 8000;
+    let candidates: Vec<&Triangulated> = evenly_chosen(matches, MOST).collect();
     let consistent = |m: &Triangulated| {
         // Squared distance, and difference of parallax, in ascending order of distance.
         let mut nearest = [(f64::INFINITY, f64::INFINITY); NEIGHBOURS];
-        for other in evenly_chosen(matches, MOST).filter(|o| o.index != m.index) {
+        for other in candidates.iter().filter(|o| o.index != m.index) {
             let (dx, dy) = (m.target[0] - other.target[0], m.target[1] - other.target[1]);
             let distance = dx * dx + dy * dy;
             let mut next = (distance, (m.depth[0] - other.depth[0]).abs() * m.parallax);
