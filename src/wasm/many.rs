@@ -56,7 +56,7 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
     let known = get(given, "features");
     let known =
         known.dyn_ref::<Array>().map(|known| known.iter().map(|one| matches::features("features", &one)).collect());
-    let done = many::stitch_many_known(&owned.photos(), known.transpose()?, &options, observer)?;
+    let done = many::stitch_many_precomputed(&owned.photos(), known.transpose()?, &options, observer)?;
     drop(owned);
     Ok(result(&done, input_time))
 }

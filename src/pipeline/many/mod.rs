@@ -71,7 +71,7 @@ pub struct ManyOptions {
 /// # Errors
 /// Those of [`align_many`]; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
-    stitch_many_known(photos, None, options, observer)
+    stitch_many_precomputed(photos, None, options, observer)
 }
 
 /// As [`stitch_many`], with the features of all photos where they are known, as [`detect`](crate::features::detect) finds them with
@@ -79,7 +79,7 @@ pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut d
 ///
 /// # Errors
 /// As [`stitch_many`], and `invalid-argument` for features of photos of other sizes, or of more or fewer photos.
-pub fn stitch_many_known(
+pub fn stitch_many_precomputed(
     photos: &[Photo<'_>],
     features: Option<Vec<Features>>,
     options: &ManyOptions,
