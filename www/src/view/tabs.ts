@@ -66,7 +66,7 @@ class Tabs {
   readonly #caption = byId("view-caption", HTMLElement);
   readonly #controls = byId("view-controls", HTMLElement);
   readonly #viewer = new Viewer();
-  readonly #context: ViewContext;
+  readonly #context: Omit<ViewContext, "fail">;
   readonly #tabs = new Map(tabViews.map((view) => [view.id, makeTab(view)]));
   #current = mosaicView.id;
   /** The view whose scene is drawn. */
@@ -76,8 +76,7 @@ class Tabs {
 
   constructor(store: Store, runner: Runner, offerDepth: () => void) {
     this.#store = store;
-    const fail = (error: unknown) => void (this.#caption.textContent = messageOf(error));
-    this.#context = viewContext(this.#viewer, runner, offerDepth, fail);
+    this.#context = viewContext(this.#viewer, runner, offerDepth);
     const list = byId("tabs", HTMLElement);
     for (const group of ["result", "steps"] as const) {
       const members = tabViews.flatMap((view) =>
@@ -142,8 +141,13 @@ class Tabs {
       this.#caption.textContent = "Computing…";
     };
     const waiting = window.setTimeout(clear, patience);
+    const fail = (error: unknown) => {
+      if (this.#latest !== token) return;
+      clear();
+      this.#caption.textContent = messageOf(error);
+    };
     try {
-      const next = await open(this.#context);
+      const next = await open({ ...this.#context, fail });
       if (this.#latest !== token) return next.close?.();
       this.#opened = next;
       this.#drawn = id;
@@ -151,9 +155,7 @@ class Tabs {
       this.#caption.textContent = next.caption;
       this.#controls.replaceChildren(...(next.controls ?? []));
     } catch (error) {
-      if (this.#latest !== token) return;
-      clear();
-      this.#caption.textContent = messageOf(error);
+      fail(error);
     } finally {
       clearTimeout(waiting);
     }
@@ -201,8 +203,7 @@ function viewContext(
   viewer: Viewer,
   runner: Runner,
   offerDepth: () => void,
-  fail: (error: unknown) => void,
-): ViewContext {
+): Omit<ViewContext, "fail"> {
   const computed = async <T>(work: (call: CallOptions) => Promise<T>): Promise<T> => {
     const value = await runner.compute(work);
     if (value === undefined) throw new Error("The computation failed.");
@@ -210,7 +211,6 @@ function viewContext(
   };
   return {
     redraw: () => viewer.redraw(),
-    fail,
     offerDepth,
     resultBy: (method, outcome) => computed((call) => resultOf(jobFor(method, outcome), call)),
     async averaged(outcome) {
