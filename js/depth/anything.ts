@@ -91,7 +91,14 @@ function checked(options: DepthModelOptions) {
   const { id, revision, output = "inverse" } = modelOf(options);
   const { device = "auto", dtype, host, path, local, cache, cacheDir } = options;
   return {
-    ...{ id, revision, dtype, host, path, local, cache, cacheDir },
+    id,
+    revision,
+    dtype,
+    host,
+    path,
+    local,
+    cache,
+    cacheDir,
     output: check.oneOf("model.output", output, "inverse", "metric"),
     device: check.oneOf("device", device, "auto", "webgpu", "wasm", "cpu"),
     runtime: check.runtime(options),

@@ -65,8 +65,8 @@ export class SetLoader {
     const photos = set.photos.filter((photo) => photo !== removed);
     const reference = set.reference === id ? null : set.reference;
     const back = () => {
-      const back = { slots, problems, outcome, status, message: null, undo: null };
-      this.#store.set({ ...back, set: this.#limited(set) });
+      const earlier = { slots, problems, outcome, status };
+      this.#store.set({ ...earlier, set: this.#limited(set), message: null, undo: null });
       void this.read();
     };
     this.#store.set({
