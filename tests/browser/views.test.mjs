@@ -16,6 +16,7 @@ import {
   smallFile,
   smallPhotos,
   startSite,
+  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -292,11 +293,23 @@ test("compares the methods with PSNR, SSIM and coverage, and any of them with th
 });
 
 test("what few views show of two large photos is made when such a view is opened", async () => {
-  const files = await largeExample(5);
+  // More than 32 MP in both photos.
+  const files = await largeExample(6);
   const { page, complaints, close } = await site.open({ hash: "#page.photoLimit=0" });
   page.setDefaultTimeout(300_000);
   await page.setInputFiles("#many-files", files);
   await page.locator("#status", { hasText: /^Done/ }).waitFor();
+  // It can be cancelled, ends when the photos are removed, and can be asked for again.
+  await page.evaluate(cancelDuring, "Detecting");
+  await page.locator("#tab-warp").click();
+  await page.locator("#message", { hasText: "Cancelled" }).waitFor();
+  assert.match((await page.locator("#view-caption").textContent()) ?? "", /was cancelled/);
+  const detecting = statusSays(page, /^Detecting/);
+  await page.locator("#tab-warp").click();
+  await detecting;
+  await page.locator("#clear-inputs").click();
+  await page.locator('#cancel[aria-disabled="true"]').waitFor({ state: "attached" });
+  await page.locator("#undo-actions button").click();
   const sums = new Set();
   for (const id of ["mosaic", "warp", "seam", "depth"]) {
     await open(page, id);

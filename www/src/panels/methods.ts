@@ -35,7 +35,8 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
         const card = cards[index];
         if (!card || store.state.outcome !== outcome) return;
         try {
-          await fillCard(card, await resultOf(jobFor(method, outcome), call, true), outcome);
+          const job = jobFor(method, outcome);
+          await fillCard(card, await resultOf(job, call, runner.computeLater, true), outcome);
           const open = make("button", { type: "button" }, "Before and after");
           open.append(make("span", { class: "visually-hidden" }, ` with ${method.label}`));
           open.addEventListener("click", () => compare(method));

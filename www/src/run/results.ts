@@ -23,17 +23,24 @@ const cache = new Map<string, unknown>();
 /** Pixels of both photos above which what not every view shows is made when it is first needed, to save memory. */
 const mostAtOnce = 32e6;
 
-/** The result of a job of two photos, computed unless it is cached. With `atOnce` all of it is made, however large the photos are. */
+/** Computes something later, with progress and Cancel. */
+type ComputeLater = <T>(work: (call: CallOptions) => Promise<T>) => Promise<T>;
+
+/**
+ * The result of a job of two photos, computed unless it is cached. With `atOnce` all of it is made, however large the photos are;
+ * otherwise `computeLater` makes what is missing.
+ */
 export async function resultOf(
   job: Job,
   call: CallOptions,
+  computeLater: ComputeLater,
   atOnce = job.target.width * job.target.height + job.reference.width * job.reference.height <=
     mostAtOnce,
 ): Promise<PairResult> {
   const { result } = await remembered(keyOf(job), async () => {
     const outputs = atOnce ? [...firstOutputs, ...laterOutputs] : firstOutputs;
     const found = await kept(await stitched(job, { ...call, outputs, outputDepth: atOnce }));
-    return atOnce ? (found as PairResult) : withLater(job, found);
+    return atOnce ? (found as PairResult) : withLater(job, found, computeLater);
   });
   return result;
 }
@@ -54,6 +61,7 @@ async function stitched<O extends Output>(job: Job, how: StitchOptions<O>) {
 function withLater(
   job: Job,
   result: Kept<StitchResultOf<(typeof firstOutputs)[number]>>,
+  computeLater: ComputeLater,
 ): PairResult {
   let rest: Promise<Lodged<StitchResultOf<(typeof laterOutputs)[number]>>> | undefined;
   const part = <T extends Pixels>(
@@ -62,7 +70,9 @@ function withLater(
     pick: (of: Awaited<NonNullable<typeof rest>>) => unknown,
   ) =>
     later<T>(sides, bytes * sides.width * sides.height, async () => {
-      rest ??= stitched(job, { outputs: laterOutputs, outputDepth: true }).then(lodged);
+      rest ??= computeLater(async (call) =>
+        lodged(await stitched(job, { ...call, outputs: laterOutputs, outputDepth: true })),
+      );
       rest.catch(() => (rest = undefined));
       return pick(await rest) as Held<T>;
     });

@@ -61,11 +61,38 @@ export class Runner {
     let value: T | undefined;
     await this.#queue(async (signal) => {
       const { status } = this.#store.state;
-      value = await work({ signal, onProgress: (running) => this.#store.set({ running }) });
+      value = await work(this.#call(signal));
       const message = lastingMessage(this.#store.state);
       this.#store.set({ running: null, status, message });
     });
     return value;
+  }
+
+  /** The same, but rejects if it fails. */
+  async computed<T>(work: (call: CallOptions) => Promise<T>): Promise<T> {
+    const value = await this.compute(work);
+    if (value === undefined) throw new Error("The computation was cancelled or has failed.");
+    return value;
+  }
+
+  /**
+   * Computes what a result lacks, with the same progress and Cancel. If something else runs it does not wait for that, which may need it.
+   */
+  readonly computeLater = async <T>(work: (call: CallOptions) => Promise<T>): Promise<T> => {
+    if (this.#controllers.size === 0) return this.computed(work);
+    const controller = new AbortController();
+    this.#controllers.add(controller);
+    try {
+      return await work(this.#call(controller.signal));
+    } finally {
+      this.#controllers.delete(controller);
+      if (this.#controllers.size === 0) this.#store.set({ running: null });
+    }
+  };
+
+  /** How the core is called: with progress and Cancel. */
+  #call(signal: AbortSignal): CallOptions {
+    return { signal, onProgress: (running) => this.#store.set({ running }) };
   }
 
   #start(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
@@ -124,10 +151,7 @@ export class Runner {
     const lasting = lastingMessage(this.#store.state);
     this.#store.set({ running: { stage: "input", fraction: 0 }, message: lasting });
     const start = performance.now();
-    const result = await resultOf(job, {
-      signal,
-      onProgress: (running) => this.#store.set({ running }),
-    });
+    const result = await resultOf(job, this.#call(signal), this.computeLater);
     const { message, ...filled } = await filledMosaic(this.#store, result, settings, signal);
     signal.throwIfAborted();
     const elapsed = performance.now() - start;
@@ -229,7 +253,7 @@ export function bindRun(store: Store, runner: Runner, loader: InputLoader): void
         ? usablePhotos(set).length > 1
         : photoSlots.every((slot) => slots[slot] !== null);
       waiting = complete && (running !== null || !isShown(state));
-      if (!complete && running) runner.giveUp();
+      if (!complete) runner.giveUp();
     }
     if (!waiting || isLoading(state)) return;
     waiting = false;

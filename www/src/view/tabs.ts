@@ -1,4 +1,4 @@
-import { blend, type CallOptions } from "depthstitch";
+import { blend } from "depthstitch";
 import { byId, make } from "../dom.js";
 import { graphView } from "../many/graph-view.js";
 import { manyMosaicView, manySeamView } from "../many/views.js";
@@ -204,19 +204,15 @@ function viewContext(
   runner: Runner,
   offerDepth: () => void,
 ): Omit<ViewContext, "fail"> {
-  const computed = async <T>(work: (call: CallOptions) => Promise<T>): Promise<T> => {
-    const value = await runner.compute(work);
-    if (value === undefined) throw new Error("The computation failed.");
-    return value;
-  };
   return {
     redraw: () => viewer.redraw(),
     offerDepth,
-    resultBy: (method, outcome) => computed((call) => resultOf(jobFor(method, outcome), call)),
+    resultBy: (method, outcome) =>
+      runner.computed((call) => resultOf(jobFor(method, outcome), call, runner.computeLater)),
     async averaged(outcome) {
       const { result, job } = outcome;
       const plain = { ...job.options, seam: "none", blending: "average" } as const;
-      const blended = await computed(async (call) => {
+      const blended = await runner.computed(async (call) => {
         const reference = await taken(shownReference(outcome));
         return blend(await warpedOf(result), reference, { ...plain, ...call, transfer: true });
       });
