@@ -34,6 +34,13 @@ function copied(name, as) {
   return path;
 }
 
+/** A photo that takes long enough to be read for something to be done meanwhile. */
+async function slowPhoto() {
+  const side = 5000;
+  const black = { data: new Uint8Array(side * side), width: side, height: side };
+  return written("slow.png", await encodeGrayPng(black));
+}
+
 /** What a card says. @param {Page} page @param {string} slot @param {"file" | "note" | "size"} part */
 const said = async (page, slot, part) =>
   (await page.locator(`[data-slot="${slot}"] [data-part="${part}"]`).textContent()) ?? "";
@@ -89,17 +96,34 @@ test("takes photos dropped on their cards, and two dropped anywhere", async () =
 });
 
 test("a photo that is dropped while another is read takes the other place", async () => {
-  const { page, complaints, close } = await site.open();
-  const side = 5000;
-  const black = { data: new Uint8Array(side * side), width: side, height: side };
-  const slow = written("slow.png", await encodeGrayPng(black));
-  await drop(page, ".masthead", [slow]);
-  await page.locator('[data-slot="target"][aria-busy="true"]').waitFor();
+  const slow = await slowPhoto();
+  /** @type {((page: Page) => Promise<void>)[]} */
+  const ways = [
+    (page) => drop(page, ".masthead", [slow]),
+    (page) => page.setInputFiles("#target-file", slow),
+  ];
+  for (const way of ways) {
+    const { page, complaints, close } = await site.open();
+    await way(page);
+    await page.locator('[data-slot="target"][aria-busy="true"]').waitFor();
+    await drop(page, ".masthead", [copied("reference.jpg", "second.jpg")]);
+    await says(page, "reference", "file", "second.jpg");
+    await says(page, "target", "file", "slow.png");
+    assert.equal(await page.locator("#undo-text").textContent(), "", "nothing was replaced");
+    assert.deepEqual(await complaints(), []);
+    await close();
+  }
+});
+
+test("starting over forgets what is dropped and not read yet", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await drop(page, ".masthead", [copied("target.jpg", "first.jpg"), await slowPhoto()]);
+  await page.locator('[data-slot="reference"][aria-busy="true"]').waitFor();
+  await drop(page, ".masthead", [copied("reference.jpg", "late.jpg")]);
+  await page.locator("#clear-inputs").click();
   await drop(page, ".masthead", [copied("reference.jpg", "second.jpg")]);
-  await says(page, "reference", "file", "second.jpg");
-  await says(page, "target", "file", "slow.png");
-  assert.equal(await page.locator("#undo-text").textContent(), "", "nothing was replaced");
-  assert.deepEqual(await complaints(), []);
+  await says(page, "target", "file", "second.jpg");
+  assert.equal(await page.getAttribute("body", "data-phase"), "start");
   await close();
 });
 

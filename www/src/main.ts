@@ -9,7 +9,7 @@ import { bindOffline } from "./offline.js";
 import { bindProgress } from "./run/progress.js";
 import { bindRun, isLoading, Runner } from "./run/run.js";
 import { bindSettingsLink } from "./settings-link.js";
-import { initialState, noSlots, slotNames, Store, swapped } from "./state.js";
+import { initialState, noSlots, Store, swapped } from "./state.js";
 import { errorMessage } from "./text/errors.js";
 import { bindUndo } from "./undo.js";
 
@@ -75,7 +75,7 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
   onClick(byId("clear-inputs", HTMLButtonElement), () => {
     const before = store.state;
     runner.giveUp();
-    loader.clear(slotNames);
+    loader.cancel();
     const { settings } = store.state;
     const depthSource = settings.depthSource === "files" ? "photos" : settings.depthSource;
     const undo = { label: "Undo", run: () => loader.comeBack(before) };

@@ -47,7 +47,9 @@ export class InputLoader {
   /** Loads one file into one slot. */
   async loadOne(slot: SlotName, file: File): Promise<void> {
     const before = this.#store.state;
-    await this.#load({ [slot]: file }, "own");
+    const load = this.#load({ [slot]: file }, "own");
+    this.#queue = Promise.all([this.#queue, load]).then(() => undefined);
+    await load;
     const replaced = before.slots[slot];
     if (replaced?.origin !== "own" || this.#store.state.slots[slot]?.file !== file) return;
     this.#offerBack(before, `${replaced.file.name} was replaced.`);
@@ -237,6 +239,7 @@ export class InputLoader {
   /** Gives up what is being read: slots keep what they had. */
   cancel(): void {
     this.#cancelled += 1;
+    this.#queue = Promise.resolve();
     const { loading, set } = this.#store.state;
     if (set) void this.sets().then((loader) => loader.cancel());
     if (loading.size === 0) return;
