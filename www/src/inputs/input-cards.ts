@@ -2,6 +2,7 @@ import type { Photo } from "../image-worker/contents.js";
 import { byId, find, make } from "../dom.js";
 import { slotNames, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
+import { messageOf } from "../message-of.js";
 import { count, percent, size, smallAfterLimit } from "../text/numbers.js";
 import type { InputLoader } from "./load-inputs.js";
 import { drawThumbnail } from "./thumbnails.js";
@@ -90,8 +91,8 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
   store.subscribe((state, before) => {
     const loaded = state.slots[slot];
     const changed = loaded !== before.slots[slot] || state === before;
-    if (loaded && (changed || redraws(slot, state, before)))
-      void drawThumbnail(canvas, slot, state);
+    const due = changed || redraws(slot, state, before);
+    const drawn = loaded && due ? drawThumbnail(canvas, slot, state) : null;
     if (changed || state.loading !== before.loading) {
       thumb.classList.toggle("empty", !loaded);
       card.setAttribute("aria-busy", String(state.loading.has(slot)));
@@ -105,15 +106,19 @@ function bindCard(slot: SlotName, store: Store, loader: InputLoader): void {
       if (turn) turn.hidden = !loaded;
     }
     const problem = state.problems[slot];
-    const show = (text: string) => {
+    const show = (text: string, bad: boolean) => {
       if (note.textContent !== text) note.textContent = text;
-      note.classList.toggle("bad", problem !== undefined);
+      note.classList.toggle("bad", bad);
     };
-    if (problem !== undefined) show(problem);
-    else if (changed || redraws(slot, state, before) || state.problems !== before.problems) {
-      void warningAbout(slot, state).then((text) => {
-        if (store.state.slots[slot] === loaded && !store.state.problems[slot]) show(text);
-      });
+    const showLater = (text: string, bad: boolean) => {
+      if (store.state.slots[slot] === loaded && !store.state.problems[slot]) show(text, bad);
+    };
+    if (problem !== undefined) show(problem, true);
+    if (due || state.problems !== before.problems) {
+      Promise.all([warningAbout(slot, state), drawn]).then(
+        ([text]) => showLater(text, false),
+        (error: unknown) => showLater(messageOf(error), true),
+      );
     }
   });
 }
