@@ -197,6 +197,8 @@ test("holds the result against a homography, with a line that moves", async () =
   await page.mouse.move(box.x + box.width / 4, box.y + box.height / 2, { steps: 3 });
   await page.mouse.up();
   assert.ok(Math.abs(Number(await slider.inputValue()) - 250) < 20, "dragging the line moves it");
+  const percent = Math.round(Number(await slider.inputValue()) / 10);
+  assert.equal(parseInt((await slider.getAttribute("aria-valuetext")) ?? ""), percent);
   assert.notEqual((await page.evaluate(shown)).sum, middle.sum);
   await close();
 });

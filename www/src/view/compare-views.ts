@@ -7,7 +7,7 @@ import { pictureOf, shownReference } from "./bitmaps.js";
 import { canvasExtent } from "./canvas-views.js";
 import { selection } from "./controls.js";
 import type { Picture } from "./picture.js";
-import type { View, ViewContext } from "./view-types.js";
+import type { View } from "./view-types.js";
 import type { Extent } from "./viewport.js";
 
 /** The method that the result is compared with, and the position of the divider. */
@@ -40,7 +40,13 @@ export const compareView: View = {
     // Without one, as it was cancelled or has failed, another one can be chosen.
     let before = await choose(comparison.method).catch(() => null);
 
-    const slider = makeSlider(view);
+    const slider = makeSlider();
+    slider.addEventListener("input", () => move(slider.valueAsNumber / 1000));
+    const move = (share: number) => {
+      comparison.share = share;
+      showShare(slider);
+      view.redraw();
+    };
     const choices = Object.fromEntries(offered.map(({ id, label }) => [id, label]));
     return {
       scene: {
@@ -48,11 +54,7 @@ export const compareView: View = {
         space: "canvas",
         split: {
           get: () => comparison.share,
-          set(share) {
-            comparison.share = share;
-            slider.value = String(1000 * share);
-            view.redraw();
-          },
+          set: move,
         },
         draw(context) {
           const { width, height } = context.canvas;
@@ -79,21 +81,20 @@ export const compareView: View = {
 };
 
 /** A slider for the divider, for use by keyboard. */
-function makeSlider(view: ViewContext): HTMLInputElement {
+function makeSlider(): HTMLInputElement {
   const slider = make("input", {
     type: "range",
     min: "0",
     max: "1000",
-    value: String(1000 * comparison.share),
     "aria-label": "Position of the divider",
-    "aria-valuetext": percent(comparison.share),
   });
-  slider.addEventListener("input", () => {
-    comparison.share = slider.valueAsNumber / 1000;
-    slider.setAttribute("aria-valuetext", percent(comparison.share));
-    view.redraw();
-  });
+  showShare(slider);
   return slider;
+}
+
+function showShare(slider: HTMLInputElement): void {
+  slider.value = String(1000 * comparison.share);
+  slider.setAttribute("aria-valuetext", percent(comparison.share));
 }
 
 function agreement({ quality }: PairResult): string {
