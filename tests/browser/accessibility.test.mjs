@@ -70,6 +70,11 @@ for (const colorScheme of /** @type {const} */ (["light", "dark"])) {
     await page.locator("#tab-seam").click();
     await page.locator(".swatches.names").waitFor();
     assert.deepEqual(await violations(page), [], "with three photos");
+    assert.equal(await page.getByRole("group", { name: "Latest change" }).count(), 1);
+    await page.locator("#pairs-panel > summary").focus();
+    await page.keyboard.press("Tab");
+    const focused = await page.evaluate(() => document.activeElement?.id);
+    assert.equal(focused, "pairs", "what scrolls can be scrolled by keys");
     await close();
   });
 }
