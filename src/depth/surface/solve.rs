@@ -43,7 +43,7 @@ impl System {
     /// Adds samples, weighted by how well `values` fulfil them: first those that follow each other in one cell to each other.
     fn add_data(&mut self, data: &[Datum], tight: bool, values: &[f64], pass: usize) {
         for cell in data.chunk_by(|a, b| a.term.nodes == b.term.nodes) {
-            let mut block = Block::default();
+            let mut block = Block::ZERO;
             for Datum { term, nearness } in cell {
                 let near = if tight { *nearness } else { 0.0 };
                 let residual = term.residual(values) / (1.0 + TIGHT_TOLERANCE * near);
@@ -65,15 +65,16 @@ impl System {
 }
 
 /// The normal equations of the vertices of one cell.
-#[derive(Default)]
 struct Block {
     matrix: [f64x4; 4],
     right: f64x4,
 }
 
 impl Block {
+    const ZERO: Self = Self { matrix: [f64x4::ZERO; 4], right: f64x4::ZERO };
+
     fn of(term: &Term, weight: f64) -> Self {
-        let mut block = Self::default();
+        let mut block = Self::ZERO;
         block.add(term, weight);
         block
     }
