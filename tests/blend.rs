@@ -219,6 +219,17 @@ fn the_seam_rather_goes_a_long_way_round_an_object_than_a_short_one_through_it()
     assert!(!passes(&found.unwrap().seam, |x, y| bar(x, y) && inner(x)));
 }
 
+#[test]
+fn the_seam_avoids_edges_even_where_the_photos_agree() {
+    // An upright edge in the middle of the overlap, around which alone both are the same.
+    let edge = |x: usize| if x < 90 { 100 } else { 160 };
+    let target = |x: usize, _: usize| [if (86..94).contains(&x) { edge(x) } else { edge(x) + 4 }; 3];
+    let warped = stage(|x, _| x < 120, target);
+    let options = BlendOptions { exposure: Exposure::Off, ..Default::default() };
+    let mosaic = compose(&warped, &reference(|x, _| [edge(x); 3]), &options).unwrap();
+    assert!(!passes(&mosaic.seam, |x, _| (88..92).contains(&x)), "the seam runs along the edge");
+}
+
 /// The reference is not distorted: what looks different in the target is shown by the reference, although the target would agree a little
 /// better with it on the other side.
 #[test]
