@@ -156,10 +156,7 @@ export function optionalBytes(name: string, value: unknown): Uint8Array | null {
 
 /** Colour profile and EXIF data of an image to be encoded. */
 export function metadata(value: unknown): { profile: Uint8Array | null; exif: Uint8Array | null } {
-  if (typeof value !== "object" || value === null) {
-    throw invalid(`metadata must be an object, got ${describe(value)}`);
-  }
-  const { colourProfile, exif } = value as { colourProfile?: unknown; exif?: unknown };
+  const { colourProfile, exif } = object("metadata", value);
   return {
     profile: optionalBytes("colourProfile", colourProfile),
     exif: optionalBytes("exif", exif),
@@ -306,17 +303,22 @@ export function warped(value: Warped): Warped {
 export function gains(options: MeasureOptions): readonly number[] | undefined {
   const [other] = Object.keys(settings(options, "gains"));
   if (other !== undefined) throw noOption(other);
-  return options.gains === undefined ? undefined : triple("gains", options.gains);
+  return options.gains === undefined ? undefined : triple("gains", options.gains, 0);
 }
 
-/** A number for each of red, green and blue. */
-export function triple(name: string, value: unknown): number[] {
+/** Finite numbers above a limit for red, green and blue. */
+export function triple(name: string, value: unknown, limit = -Infinity): number[] {
   if (!Array.isArray(value)) throw invalid(`${name} must be three numbers, got ${describe(value)}`);
   if (value.length !== 3) {
     const details = { expected: 3, actual: value.length };
     throw invalid(`${name} must be three numbers, got ${value.length}`, details);
   }
-  return Array.from(value, (part: unknown, i) => number(`${name}[${i}]`, part));
+  return Array.from(value, (part: unknown, i) => {
+    const found = number(`${name}[${i}]`, part);
+    if (found > limit && found < Infinity) return found;
+    const range = limit === -Infinity ? "finite" : `finite and above ${limit}`;
+    throw invalid(`${name}[${i}] must be ${range}, got ${found}`, { value: found });
+  });
 }
 
 /** What some calls take in their options besides those of the algorithm. */

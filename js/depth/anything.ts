@@ -93,17 +93,22 @@ function checked(options: DepthModelOptions) {
   return {
     id,
     revision,
-    dtype,
+    ...optionalTexts({ dtype, path, local, cacheDir }),
     host,
-    path,
-    local,
     cache,
-    cacheDir,
     output: check.oneOf("model.output", output, "inverse", "metric"),
     device: check.oneOf("device", device, "auto", "webgpu", "wasm", "cpu"),
     runtime: check.runtime(options),
     ...check.call(options),
   };
+}
+
+/** Those that are given, all of them strings. */
+function optionalTexts<T extends object>(values: T): T {
+  for (const [name, value] of Object.entries(values)) {
+    if (value !== undefined) check.text(name, value);
+  }
+  return values;
 }
 
 function modelOf({ model = "small", host, local }: DepthModelOptions): DepthModel {

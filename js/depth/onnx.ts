@@ -53,8 +53,8 @@ function checked(options: OnnxDepthOptions) {
   return {
     weights: check.weights("weights", options.weights),
     inputSize: inputSize === undefined ? undefined : sizeOf(inputSize),
-    mean: triple("mean", mean),
-    std: triple("std", std, 0),
+    mean: check.triple("mean", mean),
+    std: check.triple("std", std, 0),
     output: check.oneOf("output", output, "inverse", "metric"),
     device: check.oneOf("device", device, "wasm", "webgpu"),
     cache,
@@ -69,13 +69,4 @@ function sizeOf(value: unknown): Size {
     width: check.positive("inputSize.width", width),
     height: check.positive("inputSize.height", height),
   };
-}
-
-/** Finite numbers above a limit for red, green and blue. */
-function triple(name: string, value: unknown, limit = -Infinity): number[] {
-  return check.triple(name, value).map((part, i) => {
-    if (part > limit && part < Infinity) return part;
-    const range = limit === -Infinity ? "finite" : `finite and above ${limit}`;
-    throw invalid(`${name}[${i}] must be ${range}, got ${part}`, { value: part });
-  });
 }

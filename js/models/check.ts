@@ -5,7 +5,16 @@ import { invalid, StitchError } from "../errors.js";
 import type { Mask, Size } from "../types.js";
 import type { ModelCallOptions, RuntimeOptions, Weights } from "./types.js";
 
-export { count, object, positive, read, size, triple, wholeImage as image } from "../check.js";
+export {
+  count,
+  object,
+  positive,
+  read,
+  size,
+  text,
+  triple,
+  wholeImage as image,
+} from "../check.js";
 
 /** A mask of the same size as an image. */
 export function maskOf(name: string, value: Mask, size: Size): Mask {

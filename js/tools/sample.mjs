@@ -9,7 +9,7 @@ const renderer = join(root, "tests", "scene");
  * Renders the sample into `folder`, unless it exists and is newer than the renderer.
  *
  * @param {string} folder
- * @param {number[]} size width and height in pixels (default 1000×662)
+ * @param {number[]} size width and height in pixels (default 960×640)
  */
 export function renderSample(folder = join("www", "public", "sample"), ...size) {
   const made = join(root, folder, "case.json");

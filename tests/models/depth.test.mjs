@@ -175,6 +175,8 @@ test("wrong arguments", async () => {
     ["small", /options must be an object, got "small"/],
     [{ model: { id: ID, revision: "main", output: "depth" } }, /model\.output/],
     [{ device: Object.create(null) }, /device must be "auto" or .*, got Object/],
+    [{ dtype: 8 }, /dtype must be a string, got number/],
+    [{ cacheDir: new URL("file:///cache") }, /cacheDir must be a string, got URL/],
     [unreadable, /an argument cannot be read: mine/],
   ]);
   for (const [options, message] of wrong) {

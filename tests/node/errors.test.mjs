@@ -150,6 +150,8 @@ test("the gain that is wrong is named", async () => {
     [[1, 1], /^gains must be three numbers, got 2$/, { expected: 3, actual: 2 }],
     [[1, 1, "1"], /^gains\[2\] must be a number, got "1"$/, {}],
     [new Array(3), /^gains\[0\] must be a number, got undefined$/, {}],
+    [[1, 0, 1], /^gains\[1\] must be finite and above 0, got 0$/, { value: 0 }],
+    [[1, 1, NaN], /^gains\[2\] must be finite and above 0, got NaN$/, { value: NaN }],
   ])) {
     const error = await rejection(measure(warped, reference, { gains }));
     assert.equal(error.code, "invalid-argument");
