@@ -21,6 +21,12 @@ pub(crate) fn diagonal((width, height): (usize, usize)) -> f64 {
     (width * width + height * height).sqrt()
 }
 
+/// `side` × `side` points all over an image of this width and height, row by row, its corners among them.
+pub(crate) fn grid_points((width, height): (usize, usize), side: usize) -> impl Iterator<Item = [f64; 2]> {
+    let at = move |i: usize, length: usize| i as f64 / (side - 1) as f64 * (length - 1) as f64;
+    (0..side * side).map(move |i| [at(i % side, width), at(i / side, height)])
+}
+
 impl Rect {
     /// The rectangle grown by `margin` pixels on each side and clipped to an image of the given size.
     pub(crate) fn grown(self, margin: usize, (width, height): (usize, usize)) -> Self {

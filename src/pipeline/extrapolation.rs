@@ -11,6 +11,7 @@ use crate::depth::{
 };
 use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity};
 use crate::observer::{Observer, Portion};
+use crate::rect::grid_points;
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
 
@@ -129,9 +130,7 @@ fn best_surface(
 
 /// The median of the inverse depth outside of the other photo, next to what is infinitely far and has these `slopes`. `None` where nothing is
 /// outside.
-fn depth_outside(surface: &Surface, [a, b]: [f64; 2], other: OtherView<'_>, (w, h): (usize, usize)) -> Option<f64> {
-    let at = |i: usize, side: usize| i as f64 / (POINTS - 1) as f64 * (side - 1) as f64;
-    let points = (0..POINTS * POINTS).map(|i| [at(i % POINTS, w), at(i / POINTS, h)]);
-    let outside = points.filter(|point| other.distance(*point, surface.at(*point)) > 0.0);
+fn depth_outside(surface: &Surface, [a, b]: [f64; 2], other: OtherView<'_>, size: (usize, usize)) -> Option<f64> {
+    let outside = grid_points(size, POINTS).filter(|point| other.distance(*point, surface.at(*point)) > 0.0);
     median(outside.map(|[x, y]| surface.at([x, y]) - a * x - b * y).collect())
 }

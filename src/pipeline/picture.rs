@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::InverseDepth;
 use crate::geometry::Model;
+use crate::rect::grid_points;
 use crate::warp::{Projection, ProjectionSurface, project};
 
 /// On a cylinder while nothing is farther from its middle along the axis than 45°, where it is stretched by 2: the sine.
@@ -82,7 +83,7 @@ impl Picture {
         let Viewer { calibration: [to_pixels, to_rays], focal, down } = *viewer;
         let mut rays = Vec::new();
         for Placed { size, model, depth } in photos {
-            for [x, y] in grid(*size) {
+            for [x, y] in grid_points(*size, POINTS) {
                 rays.push(unit(to_rays * Vector3::from(model.transform(x, y, *depth)))?);
             }
         }
@@ -135,7 +136,7 @@ impl Picture {
     pub fn bounds(&self, photo: &Placed) -> Option<[i64; 4]> {
         let place = self.place(photo);
         let mut bounds = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
-        for point in grid(photo.size) {
+        for point in grid_points(photo.size, POINTS) {
             let [x, y] = place(point, photo.depth)?;
             bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
         }
@@ -145,12 +146,12 @@ impl Picture {
 
     /// By how much a photo's area grows, at points all over it; infinite where it is behind the plane or turned over.
     pub fn areas(&self, photo: &Placed) -> Vec<f64> {
-        self.areas_at(photo, grid(photo.size), |_| photo.depth)
+        self.areas_at(photo, grid_points(photo.size, POINTS), |_| photo.depth)
     }
 
     /// The same with the inverse depth that each pixel of the photo has; the typical one where that is NaN.
     pub fn areas_with(&self, photo: &Placed, depth: &InverseDepth) -> Vec<f64> {
-        self.areas_at(photo, grid(photo.size), |[x, y]| {
+        self.areas_at(photo, grid_points(photo.size, POINTS), |[x, y]| {
             Some(depth.sample(x, y)).filter(|depth| !depth.is_nan()).unwrap_or(photo.depth)
         })
     }
@@ -206,15 +207,9 @@ impl Axes {
     }
 }
 
-/// Points all over a photo, its corners among them.
-fn grid((w, h): Size) -> impl Iterator<Item = [f64; 2]> {
-    let at = |k: usize, side: usize| k as f64 / (POINTS - 1) as f64 * (side as f64 - 1.0);
-    (0..POINTS * POINTS).map(move |k| [at(k % POINTS, w), at(k / POINTS, h)])
-}
-
 /// The share of points all over a photo that meet a `condition`.
 pub(super) fn share_of_points(size: Size, condition: impl Fn([f64; 2]) -> bool) -> f64 {
-    grid(size).filter(|point| condition(*point)).count() as f64 / (POINTS * POINTS) as f64
+    grid_points(size, POINTS).filter(|point| condition(*point)).count() as f64 / (POINTS * POINTS) as f64
 }
 
 /// Scaled to length 1; `None` of nothing.

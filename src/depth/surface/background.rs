@@ -5,7 +5,7 @@
 
 use super::OtherView;
 use crate::geometry::{DepthSample, anisotropy, dominant_plane, plane_depth, tile_planes, weighted_plane};
-use crate::rect::diagonal;
+use crate::rect::{diagonal, grid_points};
 
 /// Samples that are looked at. Tuned on the evaluation cases: flat between 1500 and 3000.
 const SAMPLES: usize = 1500;
@@ -49,11 +49,10 @@ pub(super) fn background(samples: &[DepthSample], size: (usize, usize), other: &
 }
 
 /// How much each sample says about what lies outside of the other photo.
-fn near_outside(samples: &[DepthSample], (w, h): (usize, usize), plane: [f64; 3], other: &OtherView<'_>) -> Vec<f64> {
-    let at = |i: usize, side: usize| i as f64 * (side - 1) as f64 / (POINTS - 1) as f64;
-    let points = (0..POINTS * POINTS).map(|i| [at(i % POINTS, w), at(i / POINTS, h)]);
-    let outer: Vec<[f64; 2]> = points.filter(|p| other.distance(*p, plane_depth(plane, *p)) > 0.0).collect();
-    let reach = NEAR * diagonal((w, h));
+fn near_outside(samples: &[DepthSample], size: (usize, usize), plane: [f64; 3], other: &OtherView<'_>) -> Vec<f64> {
+    let outer: Vec<[f64; 2]> =
+        grid_points(size, POINTS).filter(|p| other.distance(*p, plane_depth(plane, *p)) > 0.0).collect();
+    let reach = NEAR * diagonal(size);
     let near = |s: &DepthSample, p: &[f64; 2]| {
         let (x, y) = (p[0] - s.point[0], p[1] - s.point[1]);
         libm::exp(-(x * x + y * y).sqrt() / reach)

@@ -22,7 +22,7 @@ const START_MATCHES: usize = 100;
 /// camera.
 pub(super) const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 /// The standard deviation of ln f for a given focal length: those in a photo's metadata are rounded.
-const KNOWN_FOCAL: f64 = 0.02;
+pub(super) const KNOWN_FOCAL: f64 = 0.02;
 /// Standard deviation of the inverse depth at infinity, which should be 0, as a fraction of the matches' median. A weak prior.
 const SHIFT: f64 = 0.5;
 /// Where least squares stop while the inliers still change, and in the end: when a step reduces the cost by less than this

@@ -3,13 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::essential::{Motion, Rays, decompose, in_front, refine_cameras};
+use crate::geometry::calibrated::KNOWN_FOCAL;
 use crate::geometry::model::Model;
 
 /// A usual focal length in diagonals (33 mm on a 35 mm camera), and the standard deviation of its logarithm, with which it gives way only where
 /// many matches ask for it: with a weak prior it runs away in scenes that are nearly flat.
 const FOCAL: [f64; 2] = [0.765, 0.03];
-/// The standard deviation for a given focal length: those in a photo's metadata are rounded.
-const KNOWN_FOCAL: f64 = 0.02;
 /// Distance in pixels from the epipolar line from which on a match counts less.
 const NOISE: f64 = 1.0;
 /// A photo whose frame is larger than it by less than this ratio was not cropped: sizes are whole numbers.
