@@ -149,20 +149,6 @@ export function bytes(name: string, value: unknown): Uint8Array {
   }
 }
 
-/** Bytes, or null for none. */
-export function optionalBytes(name: string, value: unknown): Uint8Array | null {
-  return value === null || value === undefined ? null : bytes(name, value);
-}
-
-/** Colour profile and EXIF data of an image to be encoded. */
-export function metadata(value: unknown): { profile: Uint8Array | null; exif: Uint8Array | null } {
-  const { colourProfile, exif } = object("metadata", value);
-  return {
-    profile: optionalBytes("colourProfile", colourProfile),
-    exif: optionalBytes("exif", exif),
-  };
-}
-
 function output(name: string, value: unknown): ImageOutput {
   const data = view(`${name}.data`, object(name, value).data, "Uint8ClampedArray");
   return { data, ...size(name, value) };

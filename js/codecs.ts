@@ -119,8 +119,8 @@ export async function convertColours(
 ): Promise<ImageOutput> {
   const { input, source, target } = check.read(() => ({
     input: check.image("image", image),
-    source: check.optionalBytes("from", from),
-    target: check.optionalBytes("to", to),
+    source: optionalBytes("from", from),
+    target: optionalBytes("to", to),
   }));
   await init();
   return codecs.call((raw) => raw.convertColours(input, source, target));
@@ -136,7 +136,7 @@ export async function encodePng(
 ): Promise<Uint8Array<ArrayBuffer>> {
   const { input, profile, exif } = check.read(() => ({
     input: check.image("image", image),
-    ...check.metadata(metadata),
+    ...attached(metadata),
   }));
   await init();
   return codecs.call((raw) => raw.encodePng(input, profile, exif));
@@ -161,8 +161,22 @@ export async function encodeJpeg(
   const { input, share, profile, exif } = check.read(() => ({
     input: check.image("image", image),
     share: check.number("quality", quality),
-    ...check.metadata(metadata),
+    ...attached(metadata),
   }));
   await init();
   return codecs.call((raw) => raw.encodeJpeg(input, share, profile, exif));
+}
+
+/** Bytes, or null for none. */
+function optionalBytes(name: string, value: unknown): Uint8Array | null {
+  return value === null || value === undefined ? null : check.bytes(name, value);
+}
+
+/** Colour profile and EXIF data of an image to be encoded. */
+function attached(value: unknown): { profile: Uint8Array | null; exif: Uint8Array | null } {
+  const { colourProfile, exif } = check.object("metadata", value);
+  return {
+    profile: optionalBytes("colourProfile", colourProfile),
+    exif: optionalBytes("exif", exif),
+  };
 }
