@@ -53,19 +53,19 @@ pub(super) fn two_cameras(
 }
 
 /// A pinhole camera with square pixels.
-struct Intrinsics {
+pub(super) struct Intrinsics {
     /// In pixels.
-    focal: f64,
+    pub focal: f64,
     /// The principal point.
     centre: [f64; 2],
 }
 
 impl Intrinsics {
-    fn ray(&self, [x, y]: [f64; 2]) -> Vector3<f64> {
+    pub fn ray(&self, [x, y]: [f64; 2]) -> Vector3<f64> {
         Vector3::new((x - self.centre[0]) / self.focal, (y - self.centre[1]) / self.focal, 1.0)
     }
 
-    fn matrix(&self) -> Matrix3<f64> {
+    pub fn matrix(&self) -> Matrix3<f64> {
         let (f, [x, y]) = (self.focal, self.centre);
         Matrix3::new(f, 0.0, x, 0.0, f, y, 0.0, 0.0, 1.0)
     }
@@ -73,7 +73,7 @@ impl Intrinsics {
 
 /// The intrinsics of one lens that may have taken photos of these sizes. A photo of other proportions than the other one was cropped: on both sides
 /// alike, or on one of them.
-fn intrinsics(sizes: [(usize, usize); 2], focal: Option<f64>) -> Vec<[Intrinsics; 2]> {
+pub(super) fn intrinsics(sizes: [(usize, usize); 2], focal: Option<f64>) -> Vec<[Intrinsics; 2]> {
     let sides = sizes.map(|(w, h)| [w as f64, h as f64]);
     let frames = frames(sides);
     let diagonal = |[w, h]: [f64; 2]| (w * w + h * h).sqrt();

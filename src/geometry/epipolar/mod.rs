@@ -10,6 +10,7 @@ mod orientation;
 mod refine;
 mod seven_point;
 mod triangulation;
+mod turned;
 
 use super::correspondences::{Correspondences, ProjectionMatrix};
 use super::normalisation::Normalisation;
@@ -29,6 +30,8 @@ pub(super) use essential::{Motion, Rays, decompose, in_front};
 pub(crate) use infinity::plane_at_infinity;
 use orientation::is_inverted;
 use triangulation::{Triangulated, plane_parallax};
+pub(crate) use turned::turned_camera;
+pub(super) use turned::{nearest_rotation, rotation_between};
 
 /// Samples drawn in any case: most of those without outliers determine little, as on one plane.
 const MIN_TRIALS: u32 = 200;

@@ -6,7 +6,7 @@ use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
 use crate::geometry::eigen::eigenpairs;
-use crate::geometry::epipolar::{Motion, Rays, decompose, in_front};
+use crate::geometry::epipolar::{Motion, Rays, decompose, in_front, nearest_rotation, rotation_between};
 use crate::statistics::median;
 
 /// A calibrated homography whose images are this close to those of a rotation, in pixels, at the median, is one.
@@ -56,10 +56,8 @@ pub(super) fn relative_pose(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) 
 /// The rotation that comes closest to the matches of a pair: its motion, if the cameras only turned. It hardly depends on how the lens
 /// distorts, as the perspective in a homography or an essential matrix does.
 pub(super) fn turn(link: &PairLink, lenses: &[Lens], focals: [f64; 2]) -> Option<RelativePose> {
-    let sum = rays(link, lenses, focals)
-        .iter()
-        .fold(Matrix3::zeros(), |sum, [from, to]| sum + to.normalize() * from.normalize().transpose());
-    let rotation = nearest_rotation(sum)?;
+    let rays = rays(link, lenses, focals);
+    let rotation = rotation_between(&rays, &vec![1.0; rays.len()])?;
     Some(RelativePose { photos: link.photos, rotation, direction: None, weight: link.matches.len() as f64 })
 }
 
@@ -97,13 +95,4 @@ fn decompose_homography(h: &Matrix3<f64>) -> Option<Vec<Motion>> {
         std::mem::swap(one, other);
     }
     Some(found.into_iter().map(|(_, rotation, translation)| (rotation, translation)).collect())
-}
-
-/// The rotation that is nearest to a matrix with a positive determinant.
-fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let determinant = m.determinant();
-    if determinant.is_nan() || determinant <= 0.0 {
-        return None;
-    }
-    crate::geometry::calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
 }
