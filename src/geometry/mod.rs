@@ -183,7 +183,7 @@ pub struct Estimate {
     pub trials: u32,
     /// Median transfer error of the inliers in pixels, forward and reverse; the tracked points included.
     pub residual: [f64; 2],
-    /// Focal length in pixels of the target: of calibrated models only. The reference's is the same share of its diagonal.
+    /// Focal length in pixels of the target: of calibrated models, and of a camera that only turned. The reference's is the same share of its diagonal.
     pub focal: Option<f64>,
     /// How the free and the calibrated models compare, if both were fitted.
     pub comparison: Option<Comparison>,

@@ -366,7 +366,7 @@ export interface FitReport {
    * (`calibrated`), with depth from the matches alone (`two-view`), or without parallax (`homography`).
    */
   model: "depth" | "calibrated" | "two-view" | "homography";
-  /** Focal length in pixels of the target, if one was estimated or given. */
+  /** Focal length in pixels of the target, if one was estimated, given or assumed (of a camera that only turned). */
   focalLength: number | null;
   /** Number of matches. */
   matches: number;
