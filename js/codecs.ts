@@ -136,7 +136,7 @@ export async function encodePng(
 ): Promise<Uint8Array<ArrayBuffer>> {
   const { input, profile, exif } = check.read(() => ({
     input: check.image("image", image),
-    ...attached(metadata),
+    ...metadataBytes(metadata),
   }));
   await init();
   return codecs.call((raw) => raw.encodePng(input, profile, exif));
@@ -161,7 +161,7 @@ export async function encodeJpeg(
   const { input, share, profile, exif } = check.read(() => ({
     input: check.image("image", image),
     share: check.number("quality", quality),
-    ...attached(metadata),
+    ...metadataBytes(metadata),
   }));
   await init();
   return codecs.call((raw) => raw.encodeJpeg(input, share, profile, exif));
@@ -173,7 +173,7 @@ function optionalBytes(name: string, value: unknown): Uint8Array | null {
 }
 
 /** Colour profile and EXIF data of an image to be encoded. */
-function attached(value: unknown): { profile: Uint8Array | null; exif: Uint8Array | null } {
+function metadataBytes(value: unknown): { profile: Uint8Array | null; exif: Uint8Array | null } {
   const { colourProfile, exif } = check.object("metadata", value);
   return {
     profile: optionalBytes("colourProfile", colourProfile),

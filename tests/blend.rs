@@ -5,8 +5,8 @@ mod pictures;
 
 use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Layer, Mosaic, Seam, blend};
 use depthstitch::warp::Warped;
-use depthstitch::{Error, Image, ImageView, Mask, Result, Stage};
-use pictures::{Watch, picture, pixels};
+use depthstitch::{Error, Image, Mask, Result, Stage};
+use pictures::{Watch, mask, picture, pixels, warped};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -26,8 +26,7 @@ fn stage(valid: impl Fn(usize, usize) -> bool, target: impl Fn(usize, usize) -> 
         // Colours under alpha 0 must not matter.
         if valid(x, y) { [r, g, b, 255] } else { [255, 0, (x * y) as u8, 0] }
     });
-    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), CANVAS.0, CANVAS.1).unwrap();
-    Warped { image, footprint, confidence: None, depth: None, offset: (LEFT, 0), clipped: false }
+    warped(image, (LEFT, 0))
 }
 
 fn reference(pixel: impl Fn(usize, usize) -> [u8; 3]) -> Image {
@@ -195,9 +194,7 @@ fn the_seam_avoids_what_moved_and_what_is_unreliable() {
         let mosaic = compose(&stage(|x, _| x < 120, bright), &reference(texture), &options).unwrap();
         assert!(!passes(&mosaic.seam, moved), "the seam crosses what moved in {bar:?}");
 
-        let reliable = |x: usize, y: usize| !moved(x + LEFT, y);
-        let data = (0..100 * 100).map(|i| if reliable(i % 100, i / 100) { 255 } else { 0 }).collect();
-        let reliable = Mask::new(data, 100, 100).unwrap();
+        let reliable = mask(100, 100, |x, y| !moved(x + LEFT, y));
         let (warped, other) = (stage(|x, _| x < 120, texture), reference(texture));
         let mosaic = blend(&warped, other.view(), Some(&reliable), &options, &mut ()).unwrap();
         assert!(!passes(&mosaic.seam, moved), "the seam crosses what is unreliable in {bar:?}");
@@ -266,8 +263,7 @@ fn the_reference_shows_what_leans_though_the_target_covers_it() {
 
 /// A confidence of 0 where `unreliable`.
 fn unreliable_where(warped: Warped, unreliable: impl Fn(usize, usize) -> bool) -> Warped {
-    let data = (0..CANVAS.0 * CANVAS.1).map(|i| if unreliable(i % CANVAS.0, i / CANVAS.0) { 0 } else { 255 }).collect();
-    Warped { confidence: Some(Mask::new(data, CANVAS.0, CANVAS.1).unwrap()), ..warped }
+    Warped { confidence: Some(mask(CANVAS.0, CANVAS.1, |x, y| !unreliable(x, y))), ..warped }
 }
 
 /// The band along the reference's border that void recovery would take out: the seam passes behind it, and through it where the
@@ -364,8 +360,7 @@ fn odd_shapes_are_no_trouble() {
         }
     }
     let dot = picture(1, 1, |_, _| [9, 9, 9, 255]);
-    let footprint = Mask::new(vec![255], 1, 1).unwrap();
-    let tiny = Warped { image: dot.clone(), footprint, confidence: None, depth: None, offset: (0, 0), clipped: false };
+    let tiny = warped(dot.clone(), (0, 0));
     for options in ways() {
         assert_eq!(compose(&tiny, &dot, &options).unwrap().image, dot);
     }
@@ -391,8 +386,7 @@ fn reports_progress_and_can_be_stopped() {
 fn refuses_bad_options_and_sizes() {
     let (warped, other) = (stage(overlapping, texture), reference(texture));
     let refused = |options: &BlendOptions, reliable: Option<&Mask>| {
-        let view: ImageView<'_> = other.view();
-        let error = blend(&warped, view, reliable, options, &mut ()).unwrap_err();
+        let error = blend(&warped, other.view(), reliable, options, &mut ()).unwrap_err();
         (error.code(), error.details())
     };
     let feather = BlendOptions { feather: 1001, ..BlendOptions::default() };

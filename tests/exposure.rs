@@ -3,10 +3,10 @@
 
 mod pictures;
 
+use depthstitch::Image;
 use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, Seam, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
-use depthstitch::{Image, Mask};
-use pictures::{picture, pixels};
+use pictures::{picture, pixels, warped};
 use scene::{Camera, MatchOptions, Pair, Photos, Scene, level, linear};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -185,9 +185,7 @@ fn side_by_side(
 ) -> (Image, Mosaic) {
     let (width, height) = (600, 300);
     let image = picture(width, height, |x, y| if x < 500 { target(x, y) } else { [0; 4] });
-    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
-    let warped =
-        Warped { image: image.clone(), footprint, confidence: None, depth: None, offset: (left, 0), clipped: false };
+    let warped = warped(image.clone(), (left, 0));
     let reference = picture(width - left, height, |x, y| reference(x + left, y));
     let options = BlendOptions { seam: Seam::Cut, ..BlendOptions::default() };
     let mosaic = blend(&warped, reference.view(), None, &options, &mut ()).unwrap();

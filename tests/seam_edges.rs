@@ -3,10 +3,9 @@
 
 mod pictures;
 
+use depthstitch::Image;
 use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
-use depthstitch::warp::Warped;
-use depthstitch::{Image, Mask};
-use pictures::{picture, pixels};
+use pictures::{picture, pixels, warped};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -33,8 +32,7 @@ fn gray(level: f64) -> [u8; 4] {
 fn composed(lower: f64, bright: bool, seam: Seam) -> Mosaic {
     let target = |x: usize, y: usize| if x < RIGHT { gray(sky(x, y, Some(lower), bright)) } else { [0; 4] };
     let image = picture(CANVAS.0, CANVAS.1, target);
-    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), CANVAS.0, CANVAS.1).unwrap();
-    let warped = Warped { image, footprint, confidence: None, depth: None, offset: (LEFT, 0), clipped: false };
+    let warped = warped(image, (LEFT, 0));
     let reference = picture(CANVAS.0 - LEFT, CANVAS.1, |x, y| gray(sky(x + LEFT, y, Some(0.0), bright)));
     let options =
         BlendOptions { exposure: Exposure::Off, seam, blending: Blending::Feather, feather: 0, ..Default::default() };

@@ -27,7 +27,7 @@ pub use anisotropy::anisotropy;
 pub(crate) use anisotropy::{MOST_ANISOTROPY, log_singular_value_ratio};
 pub(crate) use distortion::{Distortion, Undistortion};
 pub(crate) use eigen::eigenpairs;
-pub(crate) use epipolar::{plane_at_infinity, turned_camera, two_view_geometry};
+pub(crate) use epipolar::{plane_at_infinity, pure_rotation, two_view_geometry};
 pub use estimate::estimate;
 pub use homography::homography;
 pub use model::{Match, Model};

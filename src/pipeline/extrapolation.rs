@@ -9,7 +9,7 @@ use crate::depth::{
     CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
     complete_reference_depth,
 };
-use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity, turned_camera};
+use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity, pure_rotation};
 use crate::observer::{Observer, Portion};
 use crate::rect::grid_points;
 use crate::statistics::median;
@@ -25,9 +25,9 @@ const EXPECTED: SurfaceShape =
 const POINTS: usize = 32;
 /// By how much better a homography has to look, as it misses whatever is nearer or farther than its plane.
 const HOMOGRAPHY_LEAD: f64 = 0.1;
-/// The same of a camera that only turned, which misses all parallax: for turns so wide that nothing else is sane. None of 26 real pairs
+/// The same of a pure rotation, which misses all parallax: for turns so wide that nothing else is sane. None of 26 real pairs
 /// changes by it.
-const TURNED_LEAD: f64 = 0.5;
+const ROTATION_LEAD: f64 = 0.5;
 
 /// What takes the place of refined depth when there are two photos and nothing else.
 pub(super) enum Completed {
@@ -65,18 +65,18 @@ pub(super) fn complete(
     };
     let fitting = &mut Portion::new(observer, 0.4, 0.5);
     let flat = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?;
-    let turned = turned_camera(matches, sizes, options.estimate.focal);
+    let rotated = pure_rotation(matches, sizes, options.estimate.focal);
     let mut least = best.flaws;
-    let mut natural = None;
-    for (homography, lead) in [(flat, HOMOGRAPHY_LEAD), (turned, TURNED_LEAD)] {
+    let mut better = None;
+    for (homography, lead) in [(flat, HOMOGRAPHY_LEAD), (rotated, ROTATION_LEAD)] {
         if let Some(found) = homography {
             let flaws = prediction.flaws(&found.forward, &|_| 0.0)?;
             if flaws + lead < least {
-                (least, natural) = (flaws, Some(found));
+                (least, better) = (flaws, Some(found));
             }
         }
     }
-    if let Some(found) = natural {
+    if let Some(found) = better {
         return Ok(Completed::Homography(Box::new(found)));
     }
     let own = best.surface.map(target.size())?;

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses its own part
 
 use depthstitch::observer::Observer;
+use depthstitch::warp::Warped;
 use depthstitch::{Image, Mask, Stage};
 
 pub fn picture(width: usize, height: usize, pixel: impl Fn(usize, usize) -> [u8; 4]) -> Image {
@@ -16,6 +17,13 @@ pub fn mask(width: usize, height: usize, inside: impl Fn(usize, usize) -> bool) 
 
 pub fn pixels(image: &Image) -> &[[u8; 4]] {
     image.pixels()
+}
+
+/// A target that was warped without depth, drawn where it is not transparent.
+pub fn warped(image: Image, offset: (usize, usize)) -> Warped {
+    let (width, height) = image.size();
+    let footprint = Mask::new(pixels(&image).iter().map(|p| p[3]).collect(), width, height).unwrap();
+    Warped { image, footprint, confidence: None, depth: None, offset, clipped: false }
 }
 
 /// Follows a call of one stage, and stops it at a fraction.

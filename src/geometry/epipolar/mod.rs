@@ -7,10 +7,10 @@ mod essential;
 mod fundamental;
 mod infinity;
 mod orientation;
+mod pure_rotation;
 mod refine;
 mod seven_point;
 mod triangulation;
-mod turned;
 
 use super::correspondences::{Correspondences, ProjectionMatrix};
 use super::normalisation::Normalisation;
@@ -29,9 +29,9 @@ use consensus::{Epipolar, search};
 pub(super) use essential::{Motion, Rays, decompose, in_front};
 pub(crate) use infinity::plane_at_infinity;
 use orientation::is_inverted;
+pub(crate) use pure_rotation::pure_rotation;
+pub(super) use pure_rotation::{nearest_rotation, rotation_between};
 use triangulation::{Triangulated, plane_parallax};
-pub(crate) use turned::turned_camera;
-pub(super) use turned::{nearest_rotation, rotation_between};
 
 /// Samples drawn in any case: most of those without outliers determine little, as on one plane.
 const MIN_TRIALS: u32 = 200;

@@ -25,7 +25,7 @@ const STEP: i32 = 8;
 /// through it. Tuned on 13 real pairs, both ways round: flat from 8 to 32.
 const OBJECT: i32 = 16;
 /// Cost per level of the reference's own contrast: the smallest misalignment frays an edge that the seam runs along or across. Visible steps of 13
-/// pairs of real photos are .041, .037, .030 and .029 with 0, 1, 2 and 4, of ten sets .060, .048, .043 and .040.
+/// pairs of real photos are .041, .037, .030 and .029 with 0, 1, 2 and 4, of ten sets .060, .048, .044 and .040.
 const CONTRAST: i32 = 2;
 /// Additional cost of a pixel that the refinement found unreliable.
 const UNRELIABLE: i32 = 40;

@@ -41,12 +41,12 @@ export const compareView: View = {
     let before = await choose(comparison.method).catch(() => null);
 
     const slider = makeSlider();
-    slider.addEventListener("input", () => move(slider.valueAsNumber / 1000));
     const move = (share: number) => {
       comparison.share = share;
       showShare(slider);
       view.redraw();
     };
+    slider.addEventListener("input", () => move(slider.valueAsNumber / 1000));
     const choices = Object.fromEntries(offered.map(({ id, label }) => [id, label]));
     return {
       scene: {

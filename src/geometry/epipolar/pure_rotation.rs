@@ -1,4 +1,4 @@
-//! A camera that only turned: a homography of three parameters. Where the overlap is small its matches leave five more open, and what lies beyond
+//! Pure rotation, of a camera that only turned: a homography of three parameters. Where the overlap is small its matches leave five more open, and what lies beyond
 //! goes wherever noise sends it.
 
 use nalgebra::Matrix3;
@@ -18,7 +18,7 @@ const THRESHOLD: f64 = 5.0;
 
 /// The homography between photos of these `sizes` if the camera only turned: the rotation with the least sum of distances, of all `matches`. `focal` is
 /// the target's focal length in pixels: without one a usual one is taken. `None` if the matches determine no rotation.
-pub(crate) fn turned_camera(matches: &[Match], sizes: [(usize, usize); 2], focal: Option<f64>) -> Option<Estimate> {
+pub(crate) fn pure_rotation(matches: &[Match], sizes: [(usize, usize); 2], focal: Option<f64>) -> Option<Estimate> {
     let [target, reference] = intrinsics(sizes, focal).into_iter().next()?;
     let frames = sizes.map(|size| Frame { size, depth: None });
     let usable = usable_matches(matches, [&frames[0], &frames[1]]);
@@ -80,7 +80,7 @@ mod tests {
             let wrong = if i % 3 == 0 { 150.0 * ((i * 7 % 11) as f64 / 11.0 - 0.5) } else { 0.0 };
             matches.push(Match { target: [x, y], reference: [place[0] + wrong, place[1] - wrong] });
         }
-        let found = turned_camera(&matches, [size; 2], Some(focal)).unwrap();
+        let found = pure_rotation(&matches, [size; 2], Some(focal)).unwrap();
         assert!(found.inliers.iter().enumerate().all(|(i, inlier)| *inlier || i % 3 == 0));
         // Far from all matches, where a homography of as many parameters as it has goes astray.
         for [x, y] in [[100.0, 50.0], [100.0, 850.0], [600.0, 450.0]] {
@@ -89,6 +89,6 @@ mod tests {
                 Vector3::from(a).cross(&Vector3::from(b)).norm() / (Vector3::from(a).norm() * Vector3::from(b).norm());
             assert!(angle < 1e-3, "{x} {y} {angle}");
         }
-        assert!(turned_camera(&[], [size; 2], None).is_none());
+        assert!(pure_rotation(&[], [size; 2], None).is_none());
     }
 }
