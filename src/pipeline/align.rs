@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use super::extrapolation::{Completed, complete, triangulated};
+use super::extrapolation::{Completed, better_rotation, complete, triangulated};
 use super::features::{MatchedFeatures, Precomputed, detect_pair, match_along_epipolar_lines, match_pair};
 use super::halved::Halved;
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
-use super::options::Options;
+use super::options::{Options, WithoutDepth};
 use super::timer::StageTimer;
 use super::visible::VisiblePair;
 use crate::depth::{Extrapolation, MeasuredDepth, OtherView, Prior, RefineOptions, correct_outside, refine_prior};
@@ -215,10 +215,17 @@ impl Alignment<'_> {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let Estimate { forward, reverse, kind, .. } = self.geometry;
+        let matches = given.or(self.matches.as_deref()).unwrap_or_default();
         if kind == ModelKind::Homography {
+            let photos_alone = target.depth.is_none() && reference.depth.is_none();
+            if photos_alone && options.without_depth == WithoutDepth::TwoView {
+                let photos = [target.image, reference.image];
+                if let Some(rotated) = better_rotation(&forward, matches, photos, options.estimate.focal)? {
+                    self.replace_by_homography(rotated, Warning::ParallaxUnobservable);
+                }
+            }
             return Ok(());
         }
-        let matches = given.or(self.matches.as_deref()).unwrap_or_default();
         let error = self.prediction_error.unwrap_or_else(|| self.inlier_error(matches));
         let prior = Prior { error, weak: kind == ModelKind::TwoView, reliable_only: false };
         let photos = [target.image, reference.image];
@@ -240,7 +247,7 @@ impl Alignment<'_> {
                         self.geometry.warnings.push(Warning::OutsideExtrapolated);
                     }
                 }
-                Completed::Homography(flat) => self.replace_by_homography(*flat),
+                Completed::Homography(flat) => self.replace_by_homography(*flat, Warning::ParallaxIgnored),
             }
             return Ok(());
         }
@@ -258,10 +265,10 @@ impl Alignment<'_> {
         Ok(())
     }
 
-    /// Goes on without depth.
-    fn replace_by_homography(&mut self, mut flat: Estimate) {
+    /// Goes on without depth, for this reason.
+    fn replace_by_homography(&mut self, mut flat: Estimate, reason: Warning) {
         flat.warnings.retain(|warning| !matches!(warning, Warning::NoDepth));
-        flat.warnings.insert(0, Warning::ParallaxIgnored);
+        flat.warnings.insert(0, reason);
         let ignored =
             |warning: &&Warning| matches!(warning, Warning::DepthInconsistent | Warning::DepthUnusable { .. });
         flat.warnings.extend(self.geometry.warnings.iter().filter(ignored).cloned());

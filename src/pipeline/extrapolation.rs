@@ -9,7 +9,7 @@ use crate::depth::{
     CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
     complete_reference_depth,
 };
-use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity, pure_rotation};
+use crate::geometry::{DepthSample, Estimate, Match, Model, plane_at_infinity, pure_rotation};
 use crate::observer::{Observer, Portion};
 use crate::rect::grid_points;
 use crate::statistics::median;
@@ -66,17 +66,8 @@ pub(super) fn complete(
     let fitting = &mut Portion::new(observer, 0.4, 0.5);
     let flat = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?;
     let rotated = pure_rotation(matches, sizes, options.estimate.focal);
-    let mut least = best.flaws;
-    let mut better = None;
-    for (homography, lead) in [(flat, HOMOGRAPHY_LEAD), (rotated, ROTATION_LEAD)] {
-        if let Some(found) = homography {
-            let flaws = prediction.flaws(&found.forward, &|_| 0.0)?;
-            if flaws + lead < least {
-                (least, better) = (flaws, Some(found));
-            }
-        }
-    }
-    if let Some(found) = better {
+    let candidates = [(flat, HOMOGRAPHY_LEAD), (rotated, ROTATION_LEAD)];
+    if let Some(found) = better_homography(&prediction, best.flaws, candidates)? {
         return Ok(Completed::Homography(Box::new(found)));
     }
     let own = best.surface.map(target.size())?;
@@ -89,6 +80,39 @@ pub(super) fn complete(
     let second = &mut Portion::new(observer, 0.5, 1.0);
     let others = complete_reference_depth(&measured, reference, &own, models, &options, second)?;
     Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
+}
+
+/// The pure rotation of the `matches` where that looks better than the `homography`: where the overlap is small, noise decides where a
+/// homography takes what is far from all matches.
+pub(super) fn better_rotation(
+    homography: &Model,
+    matches: &[Match],
+    photos: [ImageView<'_>; 2],
+    focal: Option<f64>,
+) -> Result<Option<Estimate>> {
+    let rotated = pure_rotation(matches, photos.map(|photo| photo.size()), focal);
+    // A homography leaves straight lines straight, and there is no depth to miss at the border of the overlap.
+    let prediction = Prediction::new(photos, Vec::new(), Border::default())?;
+    let flaws = prediction.flaws(homography, &|_| 0.0)?;
+    better_homography(&prediction, flaws, [(rotated, ROTATION_LEAD)])
+}
+
+/// The homography with the least flaws of the `candidates` that have, with the lead each needs, less than `flaws`.
+fn better_homography<const N: usize>(
+    prediction: &Prediction,
+    mut flaws: f64,
+    candidates: [(Option<Estimate>, f64); N],
+) -> Result<Option<Estimate>> {
+    let mut better = None;
+    for (candidate, lead) in candidates {
+        if let Some(found) = candidate {
+            let its = prediction.flaws(&found.forward, &|_| 0.0)?;
+            if its + lead < flaws {
+                (flaws, better) = (its, Some(found));
+            }
+        }
+    }
+    Ok(better)
 }
 
 /// Inliers among the matches with their depth in the target (side 0) or the reference (1).
