@@ -12,8 +12,10 @@ use crate::warp::{Projection, ProjectionSurface, project};
 const MOST_ON_CYLINDER: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// The axis of a cylinder is upright while nothing is farther up or down than 30°, or than to the sides: the sine.
 const MOST_UPRIGHT: f64 = 0.5;
-/// A sphere is level while nothing is farther up or down than 60°, where it is stretched by 2: the sine.
-const MOST_LEVEL: f64 = 0.866;
+/// That of a sphere is while nothing is farther from its middle up or down than 60°, where it is stretched by 2, or than to the sides: the sine.
+const MOST_UPRIGHT_ON_SPHERE: f64 = 0.866;
+/// A sphere is level, so that what stands upright stays upright, while nothing is farther up or down than 75°, where it is stretched by 4: the sine.
+const MOST_LEVEL: f64 = 0.966;
 /// A photo is shown on the plane, where straight lines stay straight, while a tenth of it at most is enlarged there by more than this, in
 /// area.
 pub(super) const MOST_ENLARGED: f64 = 4.5;
@@ -198,7 +200,7 @@ impl Axes {
         // The middle of the picture is level, unless too much is far up or down.
         let tilted = ahead.cross(&right);
         let transverse = match sphere {
-            true => high > MOST_LEVEL && farthest(tilted) > wide.max(MOST_LEVEL),
+            true => high.min(farthest(tilted)) > wide.max(MOST_UPRIGHT_ON_SPHERE),
             false => high > wide.max(MOST_UPRIGHT),
         };
         let down = if transverse || sphere && high > MOST_LEVEL { tilted } else { down };
