@@ -219,3 +219,30 @@ pub(super) fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     let length = v.norm();
     (length > 1e-6).then(|| v / length)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// Rays to the sides by 50° and from 20° down to so many degrees up.
+    fn rays(up: f64) -> Vec<Vector3<f64>> {
+        let direction = |yaw: f64, pitch: f64| {
+            let (yaw, pitch) = (yaw.to_radians(), pitch.to_radians());
+            let across = libm::cos(pitch);
+            Vector3::new(libm::sin(yaw) * across, -libm::sin(pitch), libm::cos(yaw) * across)
+        };
+        let at = |i: u32, from: f64, to: f64| from + (to - from) * f64::from(i) / 20.0;
+        (0..=20).flat_map(|i| (0..=20).map(move |j| direction(at(i, -50.0, 50.0), at(j, -20.0, up)))).collect()
+    }
+
+    #[test]
+    fn a_sphere_is_level_until_too_much_is_far_up() {
+        for (up, level) in [(60.0, true), (70.0, true), (85.0, false)] {
+            let axes = Axes::suiting(None, &rays(up), Vector3::y()).unwrap();
+            assert!(axes.sphere && !axes.transverse, "{up}");
+            let down = axes.rotation.column(1)[1];
+            assert_eq!(down > 1.0 - 1e-9, level, "{up}: {down}");
+        }
+    }
+}

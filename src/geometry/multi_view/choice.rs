@@ -3,26 +3,28 @@
 use super::bundle::FreeParameters;
 use super::growth::{LANDMARKS, around, finish, grow};
 use super::homographies::Chain;
-use super::lens::{COUNT_RATIO, with_distortion};
+use super::lens::with_distortion;
 use super::lens_ratios::calibrate_each;
 use super::loops::{Rotations, close_loops};
 use super::relative_pose::{relative_pose, turn};
 use super::resection::TOLERANCE;
 use super::rotations::{are_wide, average};
-use super::scene::{Camera, Scene};
+use super::scene::{Camera, EXPLAINED, Scene};
 use super::self_calibration::{Focal, calibrate};
 use super::solution::{MultiView, MultiViewKind, Solved};
 use super::tracks::{Track, select_tracks, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::Distortion;
 
-/// A match counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
-const EXPLAINED: f64 = 0.0019;
 /// Cameras that only turned and explain this share of what homographies do may say what to show photos on: those of photos that did turn
 /// explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
 const ROUGHLY: f64 = 0.7;
-/// Focal lengths of the photos' own explain them better than a common one at this share of its cost.
+/// Cameras explain the photos better than others at this share of their cost.
 const CLEARLY: f64 = 0.8;
+/// Cameras that turned explain as much as others if it is this share.
+const AS_MUCH: f64 = 0.98;
+/// Cameras that explain this share of all observations need no others beside them.
+const COMPLETE: f64 = 0.99;
 
 /// What cameras are found from.
 struct Pairs<'a> {
@@ -30,6 +32,8 @@ struct Pairs<'a> {
     links: &'a [PairLink],
     root: usize,
     may_distort: bool,
+    /// How many observations tracks have beyond their first, if no pair contradicts the others.
+    observations: usize,
 }
 
 /// Cameras that explain the photos.
@@ -37,15 +41,17 @@ struct Candidate {
     scene: Scene,
     /// Pairs that take no part, by their index.
     contradicting: Vec<usize>,
-    /// How many observations of each track beyond its first are explained, and how many there are.
-    explained: usize,
-    all: usize,
+    /// Share of all observations that it explains.
+    explained: f64,
+    /// Mean square error of all observations, in pixels.
+    cost: f64,
 }
 
 /// Finds the geometry of photos that `links` connect with `root`, which always has a place; and the lens' distortion,
 /// if it `may_distort`.
 pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort: bool) -> MultiView {
-    let pairs = Pairs { lenses, links, root, may_distort };
+    let observations = count(&tracks(lenses, links));
+    let pairs = Pairs { lenses, links, root, may_distort, observations };
     let focal = calibrate(lenses, links);
     let prior = focal.prior;
     let own = calibrate_each(lenses, links, &focal);
@@ -70,14 +76,11 @@ impl Pairs<'_> {
         let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
         let (focal, turns) = closed.unwrap_or((focal, posed));
         let turned = self.turned(&focal, &turns.contradicting);
-        let more = |other: &Candidate| {
-            let more = |grown: &Candidate| COUNT_RATIO * other.explained as f64 > grown.explained as f64;
-            grown.as_ref().is_none_or(more)
-        };
-        if turned.is_wide()
-            && let Some(around) = Some(self.around(&turned, focal.prior)).filter(more)
-        {
-            grown = Some(around);
+        // One photo after another, small errors add up, and a photo may find no place; but not every camera turned.
+        let doubtful = grown.as_ref().map_or(turned.is_wide(), |grown| grown.explained < COMPLETE);
+        if doubtful {
+            let around = self.around(&turned, focal.prior);
+            grown = grown.filter(|grown| grown.cost <= around.cost).or(Some(around));
         }
         (grown, turned)
     }
@@ -121,9 +124,12 @@ impl Pairs<'_> {
         let tracks = tracks(self.lenses, &self.consistent(&turned.contradicting));
         let free = FreeParameters { distortion: self.may_distort, ..FreeParameters::POSES };
         let scene = around(&turned.scene, &tracks, self.root, free, prior);
-        self.candidate(scene, &tracks, &turned.contradicting, FreeParameters::POSES, prior)
+        // Parallax looks like distortion to cameras in one place, but seldom the other way round.
+        let free = FreeParameters { distortion: turned.is_distorted(), ..FreeParameters::POSES };
+        self.candidate(scene, &tracks, &turned.contradicting, free, prior)
     }
 
+    /// Of a finished scene, which gets the distortion of its lens; `free` says whether there is one unless the matches contradict it.
     fn candidate(
         &self,
         mut scene: Scene,
@@ -135,27 +141,25 @@ impl Pairs<'_> {
         if self.may_distort {
             scene = with_distortion(scene, tracks, self.root, free, prior);
         }
-        let close = |photo: usize, distance: f64| distance < EXPLAINED * scene.diagonals[photo];
-        let seen = scene.landmarks.iter().flat_map(|landmark| landmark.seen.iter().map(move |o| (landmark, o)));
-        let explained = seen.filter(|(landmark, o)| close(o.photo, scene.distance(landmark, o))).count();
-        let all = tracks.iter().map(|track| track.len() - 1).sum();
-        Candidate { scene, contradicting: contradicting.to_vec(), explained, all }
+        let explained = scene.explained() as f64 / self.observations.max(1) as f64;
+        let cost = scene.cost(self.observations);
+        Candidate { scene, contradicting: contradicting.to_vec(), explained, cost }
     }
+}
+
+/// Observations of tracks beyond their first.
+fn count(tracks: &[Track]) -> usize {
+    tracks.iter().map(|track| track.len() - 1).sum()
 }
 
 impl Candidate {
     /// Whether it explains the photos clearly better than another does.
     fn is_better(&self, other: &Self) -> bool {
-        let all = self.all.max(other.all);
-        self.cost(all) < CLEARLY * other.cost(all)
+        self.cost < CLEARLY * other.cost
     }
 
-    /// The mean square error of `all` observations, where those that are not explained have the most that explained ones may have.
-    fn cost(&self, all: usize) -> f64 {
-        let noise = self.scene.residual_noise().unwrap_or(0.0);
-        let most = EXPLAINED * self.scene.diagonals.iter().sum::<f64>() / self.scene.diagonals.len() as f64;
-        let share = self.explained as f64 / all.max(1) as f64;
-        share * noise * noise + (1.0 - share) * most * most
+    fn is_distorted(&self) -> bool {
+        self.scene.distortion != Distortion::default()
     }
 
     fn is_wide(&self) -> bool {
@@ -171,15 +175,13 @@ fn choose(
     turned: Candidate,
     chain: Chain,
 ) -> (MultiViewKind, Vec<usize>, Solved) {
-    let all = grown.as_ref().map_or(0, |grown| grown.all).max(turned.all).max(1);
-    let share = |candidate: &Candidate| candidate.explained as f64 / all as f64;
-    let (by_turning, by_chain) = (share(&turned), explained_by_chain(&chain, lenses, links));
+    let (by_turning, by_chain) = (turned.explained, explained_by_chain(&chain, lenses, links));
     // Homographies show only what is before all cameras.
     let wide = turned.is_wide() && by_turning >= ROUGHLY * by_chain;
     // To different places and depth the distortion of a lens in one place looks like parallax.
-    let distorted = turned.scene.distortion != Distortion::default();
+    let distorted = turned.is_distorted();
     let least = if wide { by_turning } else { by_chain };
-    let chosen = |grown: &Candidate| share(grown) > least && !(distorted && by_turning >= COUNT_RATIO * share(grown));
+    let chosen = |grown: &Candidate| grown.explained > least && !(distorted && by_turning >= AS_MUCH * grown.explained);
     match grown.filter(chosen) {
         Some(Candidate { scene, contradicting, .. }) => {
             (MultiViewKind::Cameras, contradicting, Solved::Scene(Box::new(scene)))

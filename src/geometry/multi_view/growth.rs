@@ -78,11 +78,14 @@ pub(super) fn grow(
 }
 
 /// A scene that starts from cameras that were found to turn, as if held at arm's length: each is one unit ahead, along its optical axis, of
-/// the point that all turn around. One photo after another, what is wrong with each would add up along a full turn.
+/// the point that all turn around; or behind it, if else most landmarks would be farther than infinitely far. One photo after another, what is
+/// wrong with each would add up along a full turn.
 pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, free: FreeParameters, prior: [f64; 2]) -> Scene {
     let mut scene = turned.clone();
-    for camera in scene.cameras.iter_mut().flatten() {
-        camera.translation = -Vector3::z();
+    scene.cameras.iter_mut().flatten().for_each(|camera| camera.translation = -Vector3::z());
+    scene.triangulate(&select_tracks(tracks, scene.cameras.len(), LANDMARKS), LOOSE);
+    if scene.median_depth().is_some_and(|depth| depth < 0.0) {
+        scene.cameras.iter_mut().flatten().for_each(|camera| camera.translation = Vector3::z());
     }
     finish(&mut scene, tracks, root, free, prior);
     scene
@@ -211,7 +214,7 @@ fn by_direction(
     });
     trial.cameras[photo] = Some(at(1.0));
     trial.triangulate(tracks, LOOSE);
-    let inverse = median(trial.landmarks.iter().map(|landmark| landmark.depth).collect())?;
-    // The median inverse depth of what is known is 1.
-    (inverse > 0.0 && inverse.is_normal()).then(|| at(inverse))
+    let inverse = trial.median_depth()?;
+    // The median inverse depth of what is known is 1. Where theirs is none, nothing says that they are apart.
+    Some(at(if inverse > 0.0 && inverse.is_normal() { inverse } else { 0.0 }))
 }

@@ -12,6 +12,8 @@ use crate::statistics::{RAYLEIGH_MEDIAN, median};
 /// Features are not localised better, nor kept if they are worse, in pixels.
 const LEAST_NOISE: f64 = 0.1;
 pub(super) const MOST_NOISE: f64 = 1.0;
+/// An observation counts as explained up to this error, as a share of the diagonal: 2.5 pixels of 1300.
+pub(super) const EXPLAINED: f64 = 0.0019;
 
 /// A camera in the scene: X_cam = R X + t.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,10 +179,33 @@ impl Scene {
         median(errors.collect()).map(|error| error / RAYLEIGH_MEDIAN)
     }
 
+    /// How many observations of landmarks are close to where the cameras see them, beside those that landmarks are anchored to. Nothing is
+    /// farther than infinitely far: cameras that moved the other way would see the same behind them.
+    pub fn explained(&self) -> usize {
+        let close = |landmark: &Landmark| {
+            let possible = Landmark { depth: landmark.depth.max(0.0), ..landmark.clone() };
+            let is_close = |o: &&Observation| self.distance(&possible, o) < EXPLAINED * self.diagonals[o.photo];
+            landmark.seen.iter().filter(is_close).count()
+        };
+        self.landmarks.iter().map(close).sum()
+    }
+
+    /// The mean square error of `all` observations, where those that are not explained have the most that explained ones may have.
+    pub fn cost(&self, all: usize) -> f64 {
+        let noise = self.residual_noise().unwrap_or(0.0);
+        let most = EXPLAINED * self.diagonals.iter().sum::<f64>() / self.diagonals.len() as f64;
+        let share = self.explained() as f64 / all.max(1) as f64;
+        share * noise * noise + (1.0 - share) * most * most
+    }
+
+    /// The median inverse depth of the landmarks.
+    pub fn median_depth(&self) -> Option<f64> {
+        median(self.landmarks.iter().map(|landmark| landmark.depth).collect())
+    }
+
     /// Scales the scene so that the median inverse depth is 1.
     pub fn normalise(&mut self) {
-        let depths: Vec<f64> = self.landmarks.iter().map(|landmark| landmark.depth).collect();
-        if let Some(depth) = median(depths) {
+        if let Some(depth) = self.median_depth() {
             self.scale(depth);
         }
     }
@@ -200,5 +225,34 @@ impl Scene {
         let [_, back] = lenses[from].calibration(self.focal(from));
         let [k, _] = lenses[to].calibration(self.focal(to));
         Some(Model { h: (k * (rotation * back)), e: k * translation })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two cameras a step apart, and what they see at several depths.
+    #[test]
+    fn what_would_be_behind_the_cameras_is_not_explained() {
+        let lenses = [Lens { size: (800, 600), focal: None }; 2];
+        let focal = Focal { shares: vec![1.0; 2], estimates: vec![None; 2], value: 0.9, prior: [0.0, 1.0] };
+        let mut scene = Scene::new(&lenses, &focal);
+        let at = |x: f64| Some(Camera { rotation: Matrix3::identity(), translation: Vector3::new(x, 0.0, 0.0) });
+        scene.cameras = vec![at(0.0), at(0.1)];
+        let track = |i: usize| {
+            let (place, depth) = ([0.05 * i as f64 - 0.2, 0.1], 0.2 * i as f64);
+            let seen = [place[0] + 0.9 * 0.1 * depth, place[1]];
+            vec![Observation { photo: 0, place }, Observation { photo: 1, place: seen }]
+        };
+        let tracks: Vec<Track> = (0..8).map(track).collect();
+        scene.triangulate(&tracks, 1.0);
+        assert_eq!(scene.explained(), 8);
+        assert!(scene.cost(8) < 1e-9, "{}", scene.cost(8));
+        assert!((scene.cost(10) - 0.2 * (EXPLAINED * 1000.0).powi(2)).abs() < 1e-6, "{}", scene.cost(10));
+        // The other way: only what is infinitely far is as well there.
+        scene.cameras = vec![at(0.0), at(-0.1)];
+        scene.triangulate(&tracks, 1.0);
+        assert_eq!((scene.landmarks.len(), scene.explained()), (8, 1));
     }
 }
