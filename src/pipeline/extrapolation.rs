@@ -90,11 +90,11 @@ pub(super) fn better_rotation(
     photos: [ImageView<'_>; 2],
     focal: Option<f64>,
 ) -> Result<Option<Estimate>> {
-    let rotated = pure_rotation(matches, photos.map(|photo| photo.size()), focal);
+    let Some(rotated) = pure_rotation(matches, photos.map(|photo| photo.size()), focal) else { return Ok(None) };
     // A homography leaves straight lines straight, and there is no depth to miss at the border of the overlap.
     let prediction = Prediction::new(photos, Vec::new(), Border::default())?;
     let flaws = prediction.flaws(homography, &|_| 0.0)?;
-    better_homography(&prediction, flaws, [(rotated, ROTATION_LEAD)])
+    better_homography(&prediction, flaws, [(Some(rotated), ROTATION_LEAD)])
 }
 
 /// The homography with the least flaws of the `candidates` that have, with the lead each needs, less than `flaws`.

@@ -12,7 +12,7 @@ use super::rotations::{are_wide, average};
 use super::scene::{Camera, EXPLAINED, Scene};
 use super::self_calibration::{Focal, calibrate};
 use super::solution::{MultiView, MultiViewKind, Solved};
-use super::tracks::{Track, select_tracks, tracks};
+use super::tracks::{Track, count_observations, select_tracks, tracks};
 use super::{Lens, PairLink};
 use crate::geometry::Distortion;
 
@@ -50,7 +50,7 @@ struct Candidate {
 /// Finds the geometry of photos that `links` connect with `root`, which always has a place; and the lens' distortion,
 /// if it `may_distort`.
 pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort: bool) -> MultiView {
-    let observations = count(&tracks(lenses, links));
+    let observations = count_observations(&tracks(lenses, links));
     let pairs = Pairs { lenses, links, root, may_distort, observations };
     let focal = calibrate(lenses, links);
     let prior = focal.prior;
@@ -145,11 +145,6 @@ impl Pairs<'_> {
         let cost = scene.cost(self.observations);
         Candidate { scene, contradicting: contradicting.to_vec(), explained, cost }
     }
-}
-
-/// Observations of tracks beyond their first.
-fn count(tracks: &[Track]) -> usize {
-    tracks.iter().map(|track| track.len() - 1).sum()
 }
 
 impl Candidate {

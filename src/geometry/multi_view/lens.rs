@@ -4,7 +4,7 @@ use super::bundle::{FreeParameters, adjust};
 use super::growth::{LANDMARKS, MANY};
 use super::resection::TOLERANCE;
 use super::scene::{MOST_NOISE, Scene};
-use super::tracks::{Track, select_tracks};
+use super::tracks::{Track, count_observations, select_tracks};
 use crate::geometry::Distortion;
 
 /// Lenses distort if that brings the root mean square error down to this share of what it is otherwise: on real sets whose lenses do it is .82
@@ -43,8 +43,8 @@ pub(super) fn with_distortion(
         adjusted(&start, FreeParameters { distortion: false, ..free })
     };
     let scene = if scene.distortion == Distortion::default() { scene } else { straight(&scene) };
-    let all = tracks.iter().map(|track| track.len() - 1).sum();
-    let error = |scene: &Scene| scene.cost(all).sqrt();
+    let observations = count_observations(tracks);
+    let error = |scene: &Scene| scene.cost(observations).sqrt();
     let better = |one: &Scene, other: &Scene| error(one) < ERROR_RATIO * error(other);
     let noise = distorted.residual_noise().unwrap_or(f64::INFINITY);
     if distorted.distortion.0.abs() > MOST_DISTORTION || noise >= MOST_NOISE {

@@ -183,7 +183,7 @@ impl Scene {
     /// farther than infinitely far: cameras that moved the other way would see the same behind them.
     pub fn explained(&self) -> usize {
         let close = |landmark: &Landmark| {
-            let possible = Landmark { depth: landmark.depth.max(0.0), ..landmark.clone() };
+            let possible = Landmark { anchor: landmark.anchor, depth: landmark.depth.max(0.0), seen: Vec::new() };
             let is_close = |o: &&Observation| self.distance(&possible, o) < EXPLAINED * self.diagonals[o.photo];
             landmark.seen.iter().filter(is_close).count()
         };

@@ -12,6 +12,11 @@ pub(super) struct Observation {
 /// The observations of one scene point, one per photo, in the order of the photos.
 pub(super) type Track = Vec<Observation>;
 
+/// How many observations tracks have beyond their first.
+pub(super) fn count_observations(tracks: &[Track]) -> usize {
+    tracks.iter().map(|track| track.len() - 1).sum()
+}
+
 /// A set of a forest of disjoint sets, by its root.
 fn root(parents: &mut [u32], mut at: u32) -> u32 {
     while parents[at as usize] != at {
