@@ -4,7 +4,7 @@ use super::bundle::FreeParameters;
 use super::growth::{LANDMARKS, around, finish, grow};
 use super::homographies::Chain;
 use super::lens::with_distortion;
-use super::lens_ratios::calibrate_each;
+use super::lens_ratios::{calibrate_each, keeps_ratios};
 use super::loops::{Rotations, close_loops};
 use super::relative_pose::{relative_pose, turn};
 use super::resection::TOLERANCE;
@@ -58,8 +58,10 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
     let (mut grown, mut turned) = pairs.candidates(focal);
     if let Some(focal) = own {
         let own = pairs.candidates(focal);
-        grown = own.0.filter(|own| grown.as_ref().is_none_or(|common| own.is_better(common))).or(grown);
-        turned = if own.1.is_better(&turned) { own.1 } else { turned };
+        let credible = |own: &Candidate| keeps_ratios(&own.scene);
+        let better = |own: &Candidate| credible(own) && grown.as_ref().is_none_or(|common| own.is_better(common));
+        grown = own.0.filter(better).or(grown);
+        turned = if credible(&own.1) && own.1.is_better(&turned) { own.1 } else { turned };
     }
     let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
     let (kind, contradicting, solved) = choose(lenses, links, grown, turned, chain);

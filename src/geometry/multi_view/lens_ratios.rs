@@ -1,8 +1,9 @@
 //! Photos by several lenses, or zoomed: the ratios of their focal lengths, by how large they show what they share.
 //!
-//! What is nearer to one camera looks larger as well: these are first estimates for bundle adjustment.
+//! What is nearer to one camera looks larger as well: these are first estimates for bundle adjustment, which can contradict them.
 
 use super::least_squares::Equations;
+use super::scene::Scene;
 use super::self_calibration::{Focal, common_focal};
 use super::{Lens, PairLink};
 
@@ -31,6 +32,20 @@ pub(super) fn calibrate_each(lenses: &[Lens], links: &[PairLink], common: &Focal
         focal.value = common_focal(lenses, links, &focal.shares);
     }
     Some(focal)
+}
+
+/// Whether bundle adjustment left the ratios nearer to their first estimates than to those of one lens. Where cameras moved ahead, a
+/// focal length of their own is one more way to explain the same matches, and says nothing of the lens.
+pub(super) fn keeps_ratios(scene: &Scene) -> bool {
+    let placed = (0..scene.cameras.len()).filter(|&photo| scene.cameras[photo].is_some());
+    let changes = placed.map(|photo| match scene.estimates[photo] {
+        Some(estimate) => [scene.shares[photo], scene.shares[photo] / estimate].map(libm::log),
+        None => [0.0; 2],
+    });
+    let changes: Vec<[f64; 2]> = changes.collect();
+    // A common factor is the common focal length's.
+    let [from_one, from_estimates] = [0, 1].map(|k| variance(changes.iter().map(|change| change[k])));
+    from_estimates < from_one
 }
 
 /// By how much the logarithm of each photo's share should be larger for photos to show things as large as they do.
@@ -62,4 +77,36 @@ fn magnification(link: &PairLink, lenses: &[Lens]) -> Option<f64> {
     };
     let ratio = 0.5 * libm::log(variance(1) / variance(0));
     ratio.is_finite().then_some(ratio)
+}
+
+/// That of numbers of which there is at least one.
+fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::Camera;
+    use super::*;
+
+    #[test]
+    fn ratios_that_turned_round_say_nothing_of_the_lens() {
+        let lenses = [Lens { size: (800, 600), focal: None }; 4];
+        let keeps = |estimates: [Option<f64>; 4], shares: [f64; 4]| {
+            let focal = Focal { shares: shares.to_vec(), estimates: estimates.to_vec(), value: 0.9, prior: [0.0, 1.0] };
+            let mut scene = Scene::new(&lenses, &focal);
+            scene.cameras = vec![Some(Camera::turned(nalgebra::Matrix3::identity())); 4];
+            keeps_ratios(&scene)
+        };
+        let zoomed = [0.8, 1.2, 0.8, 1.2].map(Some);
+        assert!(keeps(zoomed, [0.85, 1.15, 0.8, 1.3]));
+        // Also if the common focal length was wrong.
+        assert!(keeps(zoomed, [1.7, 2.3, 1.6, 2.6]));
+        assert!(!keeps(zoomed, [1.01, 0.99, 1.0, 1.02]));
+        assert!(!keeps([0.89, 0.95, 1.02, 1.14].map(Some), [1.14, 1.02, 0.97, 0.93]));
+        // One among photos whose focal lengths are known.
+        assert!(keeps([None, Some(1.5), None, None], [1.0, 1.45, 1.0, 1.0]));
+    }
 }
