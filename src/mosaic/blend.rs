@@ -58,7 +58,7 @@ pub struct BlendOptions {
     /// Pixels from one end of a feathered ramp to the other, 0 (a hard edge) to 1000.
     pub feather: u32,
     /// Bands of the multiband pyramid, 1 to 10; 0 for as many as the photos' size asks for: the widest transition is
-    /// then about a tenth of the reference's longer side.
+    /// then about a third of the reference's longer side.
     pub bands: u32,
 }
 

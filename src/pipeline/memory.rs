@@ -87,7 +87,7 @@ const VERTEX: u64 = 8;
 const CANVAS: u64 = RGBA + MASK;
 /// Mosaic, seam, voids.
 const MOSAIC: u64 = RGBA + 2 * MASK;
-/// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over the overlap.
+/// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over most of the canvas.
 const BANDS: f64 = 32.0 / 3.0;
 /// Alignment across the seam: bytes of a node of its grid, most of which are far from the seam or behind the reference.
 const ALIGNMENT: u64 = 30;
@@ -295,7 +295,7 @@ impl<'a> Memory<'a> {
 
     fn blend(&self, canvas: u64) -> u64 {
         let bands = match self.options.blend.blending {
-            Blending::Multiband => (BANDS * self.photos()[1].min(canvas) as f64) as u64,
+            Blending::Multiband => (BANDS * canvas as f64) as u64,
             _ => 0,
         };
         let aligned = match self.options.blend.seam {
