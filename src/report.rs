@@ -19,7 +19,7 @@ pub enum Warning {
     ParallaxUnobservable,
     /// Two photos alone: what only the target shows was not measured, and bends back to a plane of the scene.
     OutsideExtrapolated,
-    /// Two photos alone: with their depth the picture would bend or tear outside the reference, so a homography was fitted.
+    /// No depth maps: with the depth that was found the picture would bend or tear where one photo alone shows, so it is done without parallax.
     ParallaxIgnored,
     /// The model rests on few inliers.
     FewInliers {
@@ -86,7 +86,7 @@ impl Warning {
                 "The depth of what only the target shows is extrapolated: that part is aligned like one plane of the scene.".into()
             }
             Warning::ParallaxIgnored => {
-                "With depth the part that only the target shows would look distorted: the photos are aligned by a homography.".into()
+                "With its depth what one photo alone shows would look distorted: the photos are aligned without parallax.".into()
             }
             Warning::FewInliers { inliers } => format!("Only {inliers} matches support the geometry: check the result carefully."),
             Warning::LowInlierRatio { ratio } => {

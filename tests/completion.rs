@@ -278,7 +278,7 @@ fn far_outside_the_surface_becomes_a_plane_in_which_nothing_leans() {
     }
     assert!((at(&surface, 20, 280) - truth(20.0, 280.0)).abs() < 0.15, "{}", at(&surface, 20, 280));
     assert!((at(&plane, 20, 280) - 0.1).abs() < 0.15, "{}", at(&plane, 20, 280));
-    let leaning = |map: &InverseDepth| anisotropy(&model, size, &|x, y| map.sample(x, y)).unwrap();
+    let leaning = |map: &InverseDepth| anisotropy(size, &|x, y| model.project(x, y, map.sample(x, y))).unwrap();
     assert!(leaning(&plane) < 0.8 * leaning(&surface), "{} {}", leaning(&plane), leaning(&surface));
 }
 
@@ -299,7 +299,10 @@ fn shapes_out_of_range_are_refused() {
 
 #[test]
 fn anisotropy_is_that_of_the_map() {
-    let of = |rows: [f64; 9]| anisotropy(&Model::homography(Matrix3::from_row_slice(&rows)), (400, 300), &|_, _| 0.0);
+    let of = |rows: [f64; 9]| {
+        let model = Model::homography(Matrix3::from_row_slice(&rows));
+        anisotropy((400, 300), &|x, y| model.project(x, y, 0.0))
+    };
     let similarity = [0.6, -0.8, 5.0, 0.8, 0.6, -9.0, 0.0, 0.0, 1.0];
     assert!(of(similarity).unwrap() < 1e-6);
     let stretched = [2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

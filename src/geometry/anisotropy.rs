@@ -1,7 +1,5 @@
 //! How far a map is from being a similarity: what leans, and what is squeezed.
 
-use super::Model;
-
 /// The photo is looked at at about so many points a row.
 const COLUMNS: usize = 64;
 /// Fewer points say nothing.
@@ -9,13 +7,11 @@ const FEW: usize = 30;
 /// The most a point counts: where the map folds, or squeezes things beyond recognition.
 pub(crate) const MOST_ANISOTROPY: f64 = 3.0;
 
-/// Mean of ln(σ₁/σ₂) over a photo of `size` that `model` maps, σ₁ ≥ σ₂ the singular values of the map's Jacobian: 0 for a
-/// similarity, which leaves shapes as they are; where the map folds, 3. `depth` is the photo's inverse depth at x, y. `None` of a
-/// photo of hardly any pixels.
-pub fn anisotropy(model: &Model, size: (usize, usize), depth: &dyn Fn(f64, f64) -> f64) -> Option<f64> {
+/// Mean of ln(σ₁/σ₂) over a photo of `size` that a map takes from x, y to a `place`, σ₁ ≥ σ₂ the singular values of its Jacobian: 0 for a
+/// similarity, which leaves shapes as they are; where it folds or has no place, 3. `None` of a photo of hardly any pixels.
+pub fn anisotropy(size: (usize, usize), place: &dyn Fn(f64, f64) -> Option<[f64; 2]>) -> Option<f64> {
     let step = (size.0 as f64 / COLUMNS as f64).max(1.0);
     let (mut sum, mut count) = (0.0, 0usize);
-    let place = |x: f64, y: f64| model.project(x, y, depth(x, y));
     let mut y = 0.0;
     while y + step < size.1 as f64 {
         let mut x = 0.0;

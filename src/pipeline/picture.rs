@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::InverseDepth;
-use crate::geometry::Model;
+use crate::geometry::{Model, anisotropy};
 use crate::rect::grid_points;
 use crate::warp::{Projection, ProjectionSurface, project};
 
@@ -132,6 +132,12 @@ impl Picture {
     fn place(&self, placed: &Placed) -> impl Fn([f64; 2], f64) -> Option<[f64; 2]> {
         let (model, surface) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.surface);
         move |point, depth| project(surface.as_ref(), &model, point, depth)
+    }
+
+    /// Mean [`anisotropy`] of a photo with the inverse depth that a point has.
+    pub fn anisotropy(&self, photo: &Placed, depth: impl Fn([f64; 2]) -> f64) -> f64 {
+        let place = self.place(photo);
+        anisotropy(photo.size, &|x, y| place([x, y], depth([x, y]))).unwrap_or(0.0)
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` where part of it is behind the plane.

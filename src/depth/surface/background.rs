@@ -76,6 +76,6 @@ fn score(
 ) -> f64 {
     let all: f64 = weights.iter().sum();
     let part: f64 = samples.iter().zip(weights).filter(|(s, _)| s.distance(plane) < tolerance).map(|(_, w)| w).sum();
-    let leaning = anisotropy(other.model, size, &|x, y| plane_depth(plane, [x, y]));
+    let leaning = anisotropy(size, &|x, y| other.model.project(x, y, plane_depth(plane, [x, y])));
     libm::log(part / all) - ANISOTROPY_WEIGHT * leaning.unwrap_or(0.0)
 }

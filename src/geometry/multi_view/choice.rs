@@ -14,10 +14,9 @@ use super::self_calibration::{Focal, calibrate};
 use super::solution::{MultiView, MultiViewKind, Solved};
 use super::tracks::{Track, count_observations, select_tracks, tracks};
 use super::{Lens, PairLink};
-use crate::geometry::Distortion;
 
-/// Cameras that only turned and explain this share of what homographies do may say what to show photos on: those of photos that did turn
-/// explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
+/// Cameras that only turned and explain this share of what others do may take their place if that looks better; of what homographies do, they may say what to
+/// show photos on: those of photos that did turn explain 0.83 and more on the real sets, those of flat scenes 0.41 and less.
 const ROUGHLY: f64 = 0.7;
 /// Cameras explain the photos better than others at this share of their cost.
 const CLEARLY: f64 = 0.8;
@@ -64,8 +63,11 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
         turned = if credible(&own.1) && own.1.is_better(&turned) { own.1 } else { turned };
     }
     let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
-    let (kind, contradicting, solved) = choose(lenses, links, grown, turned, chain);
-    MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior, solved }
+    let mut found = choose(lenses, links, prior, (grown, turned, chain));
+    if found.kind == MultiViewKind::Cameras && found.turned.as_ref().is_some_and(|turned| turned.is_distorted()) {
+        found.adjust_turned(links);
+    }
+    found
 }
 
 impl Pairs<'_> {
@@ -156,7 +158,7 @@ impl Candidate {
     }
 
     fn is_distorted(&self) -> bool {
-        self.scene.distortion != Distortion::default()
+        self.scene.is_distorted()
     }
 
     fn is_wide(&self) -> bool {
@@ -168,10 +170,9 @@ impl Candidate {
 fn choose(
     lenses: &[Lens],
     links: &[PairLink],
-    grown: Option<Candidate>,
-    turned: Candidate,
-    chain: Chain,
-) -> (MultiViewKind, Vec<usize>, Solved) {
+    prior: [f64; 2],
+    (grown, turned, chain): (Option<Candidate>, Candidate, Chain),
+) -> MultiView {
     let (by_turning, by_chain) = (turned.explained, explained_by_chain(&chain, lenses, links));
     // Homographies show only what is before all cameras.
     let wide = turned.is_wide() && by_turning >= ROUGHLY * by_chain;
@@ -179,20 +180,25 @@ fn choose(
     let distorted = turned.is_distorted();
     let least = if wide { by_turning } else { by_chain };
     let chosen = |grown: &Candidate| grown.explained > least && !(distorted && by_turning >= AS_MUCH * grown.explained);
-    match grown.filter(chosen) {
-        Some(Candidate { scene, contradicting, .. }) => {
-            (MultiViewKind::Cameras, contradicting, Solved::Scene(Box::new(scene)))
+    let (kind, contradicting, solved, turned) = match grown.filter(chosen) {
+        Some(Candidate { scene, contradicting, explained, .. }) => {
+            let mut places = scene.cameras.iter().zip(&turned.scene.cameras);
+            let as_many = places.all(|(camera, turned)| camera.is_none() || turned.is_some());
+            let roughly = as_many && by_turning >= ROUGHLY * explained;
+            let turned = roughly.then_some(turned.scene);
+            (MultiViewKind::Cameras, contradicting, Solved::Scene(Box::new(scene)), turned)
         }
         None if wide || by_turning >= 0.9 * by_chain => {
-            (MultiViewKind::Rotations, turned.contradicting, Solved::Scene(Box::new(turned.scene)))
+            (MultiViewKind::Rotations, turned.contradicting, Solved::Scene(Box::new(turned.scene)), None)
         }
         None => {
-            let roughly = (by_turning >= ROUGHLY * by_chain).then(|| Box::new(turned.scene));
-            let solved = Solved::Chain { chain, links: links.to_vec(), turned: roughly };
+            let roughly = (by_turning >= ROUGHLY * by_chain).then_some(turned.scene);
             // Homographies are chained through all of them.
-            (MultiViewKind::Homographies, Vec::new(), solved)
+            (MultiViewKind::Homographies, Vec::new(), Solved::Chain { chain, links: links.to_vec() }, roughly)
         }
-    }
+    };
+    let turned = turned.map(Box::new);
+    MultiView { kind, contradicting, given: false, lenses: lenses.to_vec(), prior, solved, turned }
 }
 
 /// The share of all matches that homographies explain.
@@ -208,4 +214,45 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
         }
     }
     explained as f64 / all.max(1) as f64
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+
+    use super::*;
+    use crate::geometry::{Match, Model, ModelKind};
+
+    /// What is found of two photos, between which the camera moved and turned, if so many of 120 points are near.
+    fn found(near: usize) -> MultiView {
+        let lens = Lens { size: (800, 600), focal: Some(700.0) };
+        let [k, back] = lens.calibration(0.7);
+        let rotation = *Rotation3::from_euler_angles(0.0, 0.25, 0.0).matrix();
+        let motion = Vector3::new(-0.4, 0.05, -0.6);
+        let matches = (0..120).filter_map(|i| {
+            let target = [(i * 97 % 500) as f64 + 20.0, (i * 61 % 560) as f64 + 20.0];
+            let depth = if i < near { 0.1 + (i % 7) as f64 * 0.05 } else { 0.0 };
+            let ray = back * Vector3::new(target[0], target[1], 1.0);
+            let p = k * (rotation * ray + motion * depth);
+            (p[2] > 0.0).then(|| Match { target, reference: [p[0] / p[2], p[1] / p[2]] })
+        });
+        let matches: Vec<Match> = matches.collect();
+        let features = (0..matches.len()).map(|i| [i as u32; 2]).collect();
+        let model = Model { h: k * (rotation * back), e: k * motion };
+        let link = PairLink { photos: [0, 1], features, matches, model, kind: ModelKind::TwoView };
+        multi_view(&[lens; 2], &[link], 0, false)
+    }
+
+    #[test]
+    fn cameras_that_turned_take_the_place_of_others_where_most_is_far() {
+        let cameras = found(20);
+        assert_eq!(cameras.kind, MultiViewKind::Cameras);
+        let turned = cameras.turned().unwrap();
+        assert_eq!(turned.kind, MultiViewKind::Rotations);
+        assert_eq!(turned.model([0, 1]).unwrap().e, Vector3::zeros());
+        assert!(turned.samples(0, 1).is_empty() && !cameras.samples(0, 1).is_empty());
+        assert!(turned.turned().is_none());
+        assert!(found(80).turned().is_none());
+    }
 }

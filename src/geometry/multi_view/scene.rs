@@ -102,6 +102,11 @@ impl Scene {
         self.focal * self.shares[photo]
     }
 
+    /// Whether the lens distorts.
+    pub fn is_distorted(&self) -> bool {
+        self.distortion != Distortion::default()
+    }
+
     /// The ray (x, y, 1) of a place.
     pub fn ray(&self, o: &Observation) -> Vector3<f64> {
         let (f, [x, y]) = (self.focal(o.photo), self.distortion.undistorted(o.place));

@@ -43,17 +43,14 @@ pub struct MultiView {
     /// Of the logarithm of the focal length.
     pub(super) prior: [f64; 2],
     pub(super) solved: Solved,
+    /// Cameras that only turned, if they explain about as much.
+    pub(super) turned: Option<Box<Scene>>,
 }
 
 #[derive(Debug, Clone)]
 pub(super) enum Solved {
     Scene(Box<Scene>),
-    Chain {
-        chain: Chain,
-        links: Vec<PairLink>,
-        /// Cameras that turned, if they explain about as much.
-        turned: Option<Box<Scene>>,
-    },
+    Chain { chain: Chain, links: Vec<PairLink> },
 }
 
 /// A point that two photos show.
@@ -78,7 +75,15 @@ impl MultiView {
         let moved = cameras.iter().any(|camera| camera.motion_to(&cameras[0]).1.norm() > ONE_PLACE * farthest);
         let kind = if moved { MultiViewKind::Cameras } else { MultiViewKind::Rotations };
         let solved = Solved::Scene(Box::new(scene));
-        Self { kind, contradicting: Vec::new(), given: true, lenses: lenses.to_vec(), prior: focal.prior, solved }
+        Self {
+            kind,
+            contradicting: Vec::new(),
+            given: true,
+            lenses: lenses.to_vec(),
+            prior: focal.prior,
+            solved,
+            turned: None,
+        }
     }
 
     /// Whether the cameras were known before.
@@ -95,15 +100,41 @@ impl MultiView {
     /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
     pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
         let Solved::Scene(scene) = &mut self.solved else { return };
-        for (photo, (lens, &frame)) in self.lenses.iter_mut().zip(frames).enumerate() {
-            let ratio = diagonal(lens.size) / diagonal(frame);
-            scene.shares[photo] *= ratio;
-            scene.estimates[photo] = scene.estimates[photo].map(|estimate| estimate * ratio);
-            lens.size = frame;
+        let before: Vec<f64> = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
+        self.lenses.iter_mut().zip(frames).for_each(|(lens, &frame)| lens.size = frame);
+        for scene in [Some(&mut *scene), self.turned.as_mut()].into_iter().flatten() {
+            scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
+            for (photo, before) in before.iter().enumerate() {
+                let ratio = before / scene.diagonals[photo];
+                scene.shares[photo] *= ratio;
+                scene.estimates[photo] = scene.estimates[photo].map(|estimate| estimate * ratio);
+            }
         }
-        scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
         scene.distortion = Distortion::default();
         scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
+        self.adjust_turned(links);
+    }
+
+    /// The cameras that only turned in place of those in different places: `None` unless they explain about as much.
+    pub fn turned(&self) -> Option<Self> {
+        if self.kind != MultiViewKind::Cameras {
+            return None;
+        }
+        let solved = Solved::Scene(self.turned.clone()?);
+        Some(Self { kind: MultiViewKind::Rotations, solved, turned: None, ..self.clone() })
+    }
+
+    /// Adjusts the cameras that only turned to `links` anew, of photos without distortion.
+    pub(super) fn adjust_turned(&mut self, links: &[PairLink]) {
+        if let Some(turned) = &mut self.turned
+            && let Some(first) = turned.cameras.iter().position(Option::is_some)
+        {
+            turned.distortion = Distortion::default();
+            let tracks = tracks(&self.lenses, links);
+            let enough = select_tracks(&tracks, self.lenses.len(), LANDMARKS);
+            finish(turned, &enough, first, FreeParameters::ROTATIONS, self.prior);
+            turned.triangulate(&tracks, TOLERANCE);
+        }
     }
 
     /// Adjusts cameras in different places to other matches between the same photos: to enough of them for [`MultiView::refine_observations`].
@@ -176,7 +207,7 @@ impl MultiView {
     fn cameras(&self) -> Option<&Scene> {
         match &self.solved {
             Solved::Scene(scene) => Some(scene),
-            Solved::Chain { turned, .. } => turned.as_deref(),
+            Solved::Chain { .. } => self.turned.as_deref(),
         }
     }
 

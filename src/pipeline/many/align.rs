@@ -1,7 +1,8 @@
 //! The first half: features → pair graph → geometry → depth, and which photos can be shown in whose view.
 
+use super::arrange::{Arrangement, arrange};
 use super::check::check;
-use super::depth::{PhotoDepth, depths};
+use super::depth::PhotoDepth;
 use super::graph::PhotoPair;
 use super::locate::{Located, locate};
 use super::memory::Budget;
@@ -14,8 +15,7 @@ use crate::features::Features;
 use crate::geometry::{Model, MultiView, MultiViewKind};
 use crate::observer::{Observer, Portion};
 use crate::pipeline::timer::StageTimer;
-use crate::warp::Projection;
-use crate::{Image, InverseDepth, Result, Stage, View};
+use crate::{Image, InverseDepth, Result, Stage};
 
 /// Where the photos belong: what rendering needs besides them.
 #[derive(Debug, Clone)]
@@ -28,6 +28,8 @@ pub struct ManyAlignment {
     pub codes: Vec<PhotoCode>,
     /// The pairs of photos that were compared.
     pub pairs: Vec<PhotoPair>,
+    /// Whether the cameras stand in different places, but are shown as if they had only turned, as that looks better.
+    pub ignores_parallax: bool,
     pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
@@ -61,40 +63,25 @@ pub(super) fn align_timed(
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<ManyAlignment> {
-    let stages = &options.stages;
     let located = locate(given, features, options, budget, observer, timer)?;
-    let Located { geometry, placed, mut codes, pairs, links, undistorted } = located;
+    let Located { mut geometry, placed, mut codes, pairs, links, undistorted } = located;
     let photos = UndistortedPhotos::shown(&undistorted, given);
-    let sizes: Vec<(usize, usize)> = photos.iter().map(|photo| photo.image.size()).collect();
-    let plane = stages.projection == Some(Projection::Plane);
-    let reference = options.reference.unwrap_or_else(|| view::middle(&sizes, &placed, &geometry, plane));
-    let picture = ManyPicture::choose(stages.projection, reference, &placed, &sizes, &geometry);
-    let mut used = vec![reference];
-    for &photo in placed.iter().filter(|photo| **photo != reference) {
-        if view::can_be_shown(&picture, photo, &sizes, &geometry) {
-            used.push(photo);
-        } else {
-            codes[photo] = PhotoCode::TooOblique;
-        }
-    }
-    codes[reference] = PhotoCode::Used;
-    let views: Vec<View<'_>> = photos.iter().map(Photo::view).collect();
     let measuring = &mut Portion::of_stage(observer, Stage::Depth, 0.0, 1.0);
-    let depths = depths(&views, &used, reference, &geometry, &links, stages.refine.as_ref(), measuring)?;
+    let mut arranged = arrange(&photos, &placed, &geometry, &links, options, measuring)?;
+    let turned = if arranged.is_distorted(&photos, &geometry) { geometry.turned() } else { None };
+    let ignores_parallax = turned.is_some();
+    if let Some(turned) = turned {
+        geometry = turned;
+        // Without parallax there is no depth to find.
+        arranged = arrange(&photos, &placed, &geometry, &links, options, &mut ())?;
+    }
     timer.end(Stage::Depth, observer);
-    // What is farther than most of a photo may be stretched where that is not.
-    let suits = |photo: &usize| {
-        depths[*photo].as_ref().is_none_or(|depth| picture.suits(*photo, &depth.map, &sizes, &geometry))
-    };
-    let around = match stages.projection {
-        None if picture.is_plane() && !used.iter().all(suits) => {
-            ManyPicture::around(None, reference, &used, &sizes, &geometry)
-        }
-        _ => None,
-    };
-    let picture = around.unwrap_or(picture);
+    let Arrangement { reference, used, picture, depths } = arranged;
+    for &photo in &placed {
+        codes[photo] = if used.contains(&photo) { PhotoCode::Used } else { PhotoCode::TooOblique };
+    }
     let order = view::outward(reference, &used, &links);
-    Ok(ManyAlignment { reference, order, codes, pairs, picture, geometry, depths, undistorted })
+    Ok(ManyAlignment { reference, order, codes, pairs, ignores_parallax, picture, geometry, depths, undistorted })
 }
 
 impl ManyAlignment {

@@ -6,6 +6,7 @@
 //! ([`Composition`]).
 
 mod align;
+mod arrange;
 mod carried;
 mod check;
 mod depth;
@@ -140,7 +141,11 @@ pub fn stitch_many_precomputed(
     }
     let crops = Crops { inner: crop::inner(&image)?, bounds: crop::bounds(&image) };
     timer.end(Stage::Fill, observer);
-    let warnings = [(clipped, Warning::CanvasClipped), (alignment.ignores_depth(photos), Warning::DepthInconsistent)];
+    let warnings = [
+        (clipped, Warning::CanvasClipped),
+        (alignment.ignores_depth(photos), Warning::DepthInconsistent),
+        (alignment.ignores_parallax, Warning::ParallaxIgnored),
+    ];
     if stages.output_depth {
         let mut images = undistorted.into_iter().flat_map(UndistortedPhotos::into_images);
         for (photo, report) in reports.iter_mut().enumerate() {

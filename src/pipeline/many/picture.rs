@@ -66,6 +66,19 @@ impl ManyPicture {
         nth(areas, most).is_none_or(|area| area <= MOST_ENLARGED * zoom(geometry, [photo, self.reference]))
     }
 
+    /// How much more this depth distorts a photo than if everything was infinitely far away, as the difference of mean anisotropies.
+    pub fn anisotropy_by_parallax(
+        &self,
+        photo: usize,
+        depth: &InverseDepth,
+        sizes: &[Size],
+        geometry: &MultiView,
+    ) -> f64 {
+        let Some(placed) = placed(photo, self.reference, sizes, geometry) else { return 0.0 };
+        let by_depth = self.shown.anisotropy(&placed, |[x, y]| depth.sample(x, y));
+        by_depth - self.shown.anisotropy(&placed, |_| 0.0)
+    }
+
     /// What it is.
     pub fn projection(&self) -> Projection {
         self.shown.projection()
