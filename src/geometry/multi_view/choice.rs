@@ -1,18 +1,17 @@
 //! Which geometry explains all photos: cameras with parallax, cameras that turned, or homographies.
 
 use super::bundle::FreeParameters;
-use super::growth::{LANDMARKS, around, finish, grow};
+use super::growth::{around, finish_rotations, grow};
 use super::homographies::Chain;
 use super::lens::with_distortion;
 use super::lens_ratios::{calibrate_each, keeps_ratios};
 use super::loops::{Rotations, close_loops};
 use super::relative_pose::{relative_pose, turn};
-use super::resection::TOLERANCE;
 use super::rotations::{are_wide, average};
 use super::scene::{Camera, EXPLAINED, Scene};
 use super::self_calibration::{Focal, calibrate};
 use super::solution::{MultiView, MultiViewKind, Solved};
-use super::tracks::{Track, count_observations, select_tracks, tracks};
+use super::tracks::{Track, count_observations, tracks};
 use super::{Lens, PairLink};
 
 /// Cameras that only turned and explain this share of what others do may take their place if that looks better; of what homographies do, they may say what to
@@ -64,7 +63,8 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
     }
     let chain = Chain::of(lenses, links, &turned.scene.diagonals, root);
     let mut found = choose(lenses, links, prior, (grown, turned, chain));
-    if found.kind == MultiViewKind::Cameras && found.turned.as_ref().is_some_and(|turned| turned.is_distorted()) {
+    let straight = found.kind == MultiViewKind::Cameras && found.distortion().is_none();
+    if straight && found.turned.as_ref().is_some_and(|turned| turned.is_distorted()) {
         found.adjust_turned(links);
     }
     found
@@ -104,15 +104,7 @@ impl Pairs<'_> {
             *camera = rotation.map(Camera::turned);
         }
         let tracks = tracks(lenses, &links);
-        // For a comparison, and where it is chosen it has few unknowns.
-        finish(
-            &mut scene,
-            &select_tracks(&tracks, lenses.len(), LANDMARKS),
-            self.root,
-            FreeParameters::ROTATIONS,
-            focal.prior,
-        );
-        scene.triangulate(&tracks, TOLERANCE);
+        finish_rotations(&mut scene, &tracks, self.root, focal.prior);
         self.candidate(scene, &tracks, contradicting, FreeParameters::ROTATIONS, focal.prior)
     }
 
@@ -129,7 +121,7 @@ impl Pairs<'_> {
         let free = FreeParameters { distortion: self.may_distort, ..FreeParameters::POSES };
         let scene = around(&turned.scene, &tracks, self.root, free, prior);
         // Parallax looks like distortion to cameras in one place, but seldom the other way round.
-        let free = FreeParameters { distortion: turned.is_distorted(), ..FreeParameters::POSES };
+        let free = FreeParameters { distortion: turned.scene.is_distorted(), ..FreeParameters::POSES };
         self.candidate(scene, &tracks, &turned.contradicting, free, prior)
     }
 
@@ -157,10 +149,6 @@ impl Candidate {
         self.cost < CLEARLY * other.cost
     }
 
-    fn is_distorted(&self) -> bool {
-        self.scene.is_distorted()
-    }
-
     fn is_wide(&self) -> bool {
         let rotations = self.scene.cameras.iter().map(|camera| camera.map(|camera| camera.rotation));
         are_wide(&rotations.collect::<Vec<_>>())
@@ -177,7 +165,7 @@ fn choose(
     // Homographies show only what is before all cameras.
     let wide = turned.is_wide() && by_turning >= ROUGHLY * by_chain;
     // To different places and depth the distortion of a lens in one place looks like parallax.
-    let distorted = turned.is_distorted();
+    let distorted = turned.scene.is_distorted();
     let least = if wide { by_turning } else { by_chain };
     let chosen = |grown: &Candidate| grown.explained > least && !(distorted && by_turning >= AS_MUCH * grown.explained);
     let (kind, contradicting, solved, turned) = match grown.filter(chosen) {
@@ -246,13 +234,14 @@ mod tests {
 
     #[test]
     fn cameras_that_turned_take_the_place_of_others_where_most_is_far() {
-        let cameras = found(20);
-        assert_eq!(cameras.kind, MultiViewKind::Cameras);
-        let turned = cameras.turned().unwrap();
-        assert_eq!(turned.kind, MultiViewKind::Rotations);
-        assert_eq!(turned.model([0, 1]).unwrap().e, Vector3::zeros());
-        assert!(turned.samples(0, 1).is_empty() && !cameras.samples(0, 1).is_empty());
-        assert!(turned.turned().is_none());
-        assert!(found(80).turned().is_none());
+        let mut geometry = found(20);
+        assert_eq!(geometry.kind, MultiViewKind::Cameras);
+        assert!(!geometry.samples(0, 1).is_empty());
+        assert!(geometry.ignore_parallax());
+        assert_eq!(geometry.kind, MultiViewKind::Rotations);
+        assert_eq!(geometry.model([0, 1]).unwrap().e, Vector3::zeros());
+        assert!(geometry.samples(0, 1).is_empty());
+        assert!(!geometry.ignore_parallax());
+        assert!(!found(80).ignore_parallax());
     }
 }

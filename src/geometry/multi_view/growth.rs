@@ -111,6 +111,13 @@ pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, free: Fre
     }
 }
 
+/// The same of cameras that only turned: of enough landmarks for their few unknowns.
+pub(super) fn finish_rotations(scene: &mut Scene, tracks: &[Track], root: usize, prior: [f64; 2]) {
+    let enough = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
+    finish(scene, &enough, root, FreeParameters::ROTATIONS, prior);
+    scene.triangulate(tracks, TOLERANCE);
+}
+
 /// The pair to start from: of many matches that move by much.
 fn start<'a>(
     scene: &Scene,

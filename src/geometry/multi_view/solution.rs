@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::bundle::FreeParameters;
-use super::growth::{LANDMARKS, finish};
+use super::growth::{LANDMARKS, finish, finish_rotations};
 use super::homographies::Chain;
 use super::resection::TOLERANCE;
 use super::scene::{Camera, Scene};
@@ -94,7 +94,7 @@ impl MultiView {
     /// The distortion of the photos' lens; `None` where there is none to speak of.
     pub fn distortion(&self) -> Option<Distortion> {
         let Solved::Scene(scene) = &self.solved else { return None };
-        Some(scene.distortion).filter(|distortion| distortion.0 != 0.0)
+        scene.is_distorted().then_some(scene.distortion)
     }
 
     /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
@@ -115,13 +115,12 @@ impl MultiView {
         self.adjust_turned(links);
     }
 
-    /// The cameras that only turned in place of those in different places: `None` unless they explain about as much.
-    pub fn turned(&self) -> Option<Self> {
-        if self.kind != MultiViewKind::Cameras {
-            return None;
-        }
-        let solved = Solved::Scene(self.turned.clone()?);
-        Some(Self { kind: MultiViewKind::Rotations, solved, turned: None, ..self.clone() })
+    /// Goes on with cameras that only turned instead of those in different places, if they explain about as much; whether it does.
+    pub fn ignore_parallax(&mut self) -> bool {
+        let turned = if self.kind == MultiViewKind::Cameras { self.turned.take() } else { None };
+        let Some(turned) = turned else { return false };
+        (self.kind, self.solved) = (MultiViewKind::Rotations, Solved::Scene(turned));
+        true
     }
 
     /// Adjusts the cameras that only turned to `links` anew, of photos without distortion.
@@ -130,10 +129,7 @@ impl MultiView {
             && let Some(first) = turned.cameras.iter().position(Option::is_some)
         {
             turned.distortion = Distortion::default();
-            let tracks = tracks(&self.lenses, links);
-            let enough = select_tracks(&tracks, self.lenses.len(), LANDMARKS);
-            finish(turned, &enough, first, FreeParameters::ROTATIONS, self.prior);
-            turned.triangulate(&tracks, TOLERANCE);
+            finish_rotations(turned, &tracks(&self.lenses, links), first, self.prior);
         }
     }
 

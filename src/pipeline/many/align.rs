@@ -68,10 +68,8 @@ pub(super) fn align_timed(
     let photos = UndistortedPhotos::shown(&undistorted, given);
     let measuring = &mut Portion::of_stage(observer, Stage::Depth, 0.0, 1.0);
     let mut arranged = arrange(&photos, &placed, &geometry, &links, options, measuring)?;
-    let turned = if arranged.is_distorted(&photos, &geometry) { geometry.turned() } else { None };
-    let ignores_parallax = turned.is_some();
-    if let Some(turned) = turned {
-        geometry = turned;
+    let ignores_parallax = arranged.is_distorted(&photos, &geometry) && geometry.ignore_parallax();
+    if ignores_parallax {
         // Without parallax there is no depth to find.
         arranged = arrange(&photos, &placed, &geometry, &links, options, &mut ())?;
     }
