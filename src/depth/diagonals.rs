@@ -1,9 +1,10 @@
 //! Symmetric positive definite matrices with few diagonals, and their Cholesky factorisation.
 
-use wide::f64x4;
+use wide::{f32x4, f64x4};
 
 use crate::Result;
 use crate::image::zeroed;
+use crate::lanes::LANES;
 
 /// Columns whose products are taken off all others at once.
 const PANEL: usize = 4;
@@ -77,31 +78,75 @@ impl Diagonals {
             }
             rest = right;
         }
-        Ok(Some(Factor { length, stride, columns }))
+        Factor::of(&columns, stride, length).map(Some)
     }
 }
 
-/// The Cholesky factor L of a matrix, a band from its main diagonal downwards.
+/// The Cholesky factor L of a matrix, in single precision: what a preconditioner needs.
 pub(super) struct Factor {
-    length: usize,
+    /// Column by column the reciprocal of L's main diagonal, what is below it in the band, and zeros. As many columns as fill panels.
+    columns: Vec<f32>,
     stride: usize,
-    /// Column by column, rows j to j + length − 1, and zeros.
-    columns: Vec<f64>,
 }
 
 impl Factor {
-    /// Replaces y by the solution x of LLᵀx = y.
-    pub fn solve(&self, y: &mut [f64]) {
-        for (j, column) in self.columns.chunks_exact(self.stride).enumerate() {
-            y[j] /= column[0];
-            let (value, below) = (y[j], self.length.min(y.len() - j));
-            add_scaled(&mut y[j + 1..j + below], &column[1..below], -value);
+    /// Of L's columns in double precision, so many entries of each, `apart` from one to the next.
+    fn of(band: &[f64], apart: usize, length: usize) -> Result<Self> {
+        let stride = (length - 1).next_multiple_of(LANES) + PANEL;
+        let count = (band.len() / apart).next_multiple_of(PANEL);
+        let mut columns: Vec<f32> = zeroed(count * stride)?;
+        for (column, entries) in columns.chunks_exact_mut(stride).zip(band.chunks_exact(apart)) {
+            column.iter_mut().zip(&entries[..length]).for_each(|(to, &entry)| *to = entry as f32);
+            column[0] = (1.0 / entries[0]) as f32;
         }
-        for (j, column) in self.columns.chunks_exact(self.stride).enumerate().rev() {
-            let below = self.length.min(y.len() - j);
-            y[j] = (y[j] - dot(&column[1..below], &y[j + 1..j + below])) / column[0];
-        }
+        Ok(Self { columns, stride })
     }
+
+    /// About the solution x of LLᵀx = y.
+    pub fn solve(&self, y: &[f64]) -> Vec<f64> {
+        let (stride, below) = (self.stride, self.stride - PANEL);
+        let mut x = vec![0.0; self.columns.len() / stride + below];
+        x.iter_mut().zip(y).for_each(|(x, &y)| *x = y as f32);
+        let panels = || self.columns.chunks_exact(PANEL * stride).enumerate();
+        for (p, panel) in panels() {
+            let (head, tail) = x[PANEL * p..][..PANEL + below].split_at_mut(PANEL);
+            for j in 0..PANEL {
+                let column = &panel[j * stride..];
+                head[j] *= column[0];
+                for k in j + 1..PANEL {
+                    head[k] -= column[k - j] * head[j];
+                }
+            }
+            let [p, q, r, s] = [0, 1, 2, 3].map(|j| f32x4::splat(head[j]));
+            for (four, [a, b, c, d]) in tail.as_chunks_mut().0.iter_mut().zip(beneath(panel, stride)) {
+                *four = (f32x4::new(*four) - (p * a + q * b) - (r * c + s * d)).to_array();
+            }
+        }
+        for (p, panel) in panels().rev() {
+            let (head, tail) = x[PANEL * p..][..PANEL + below].split_at_mut(PANEL);
+            let mut sums = [f32x4::ZERO; PANEL];
+            for (&four, columns) in tail.as_chunks().0.iter().zip(beneath(panel, stride)) {
+                sums.iter_mut().zip(columns).for_each(|(sum, column)| *sum += column * f32x4::new(four));
+            }
+            for j in (0..PANEL).rev() {
+                let column = &panel[j * stride..];
+                let [a, b, c, d] = sums[j].to_array();
+                let mut rest = head[j] - ((a + b) + (c + d));
+                for k in j + 1..PANEL {
+                    rest -= column[k - j] * head[k];
+                }
+                head[j] = rest * column[0];
+            }
+        }
+        x[..y.len()].iter().map(|&x| f64::from(x)).collect()
+    }
+}
+
+/// What is below a panel, four rows of all its columns at a time.
+#[inline(always)]
+fn beneath(panel: &[f32], stride: usize) -> impl Iterator<Item = [f32x4; PANEL]> {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|j| panel[j * stride + PANEL - j..][..stride - PANEL].as_chunks().0.iter());
+    a.zip(b).zip(c).zip(d).map(|(((&a, &b), &c), &d)| [a, b, c, d].map(f32x4::new))
 }
 
 #[inline(always)]

@@ -11,20 +11,25 @@ pub(super) struct Bilinear {
     weights: [f32; 2],
 }
 
+/// A point of a photo as a place in a grid of which each cell covers so many pixels along x and y: see [`Bilinear::at`].
+pub(super) fn in_cells(point: [f64; 2], cell: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|k| (point[k] + 0.5) / cell[k] - 0.5)
+}
+
 impl Bilinear {
-    /// Around a point of a photo of which each cell covers so many pixels along x and y, in a grid of so many columns and rows; values are those
-    /// in the cells' middles. `None` within half a cell of the border, and outside.
-    pub fn at(point: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> Option<Self> {
-        let [x, y] = [0, 1].map(|k| (point[k] + 0.5) / cell[k] - 0.5);
+    /// Around a place, counted in cells from the middle of the first one, in a grid of so many columns and rows. `None` outside of the middles of
+    /// the outer ones.
+    #[inline(always)]
+    pub fn at([x, y]: [f64; 2], columns: usize, rows: usize) -> Option<Self> {
         let inside = x >= 0.0 && y >= 0.0 && x < columns as f64 - 1.0 && y < rows as f64 - 1.0;
-        inside.then(|| Self {
-            first: y as usize * columns + x as usize,
-            columns,
-            weights: [x.fract() as f32, y.fract() as f32],
+        inside.then(|| {
+            let (i, j) = (x as usize, y as usize);
+            Self { first: j * columns + i, columns, weights: [(x - i as f64) as f32, (y - j as f64) as f32] }
         })
     }
 
     /// The value there, by those of all cells.
+    #[inline(always)]
     pub fn interpolate<T: Copy + Add<Output = T> + Mul<f32, Output = T>>(&self, cells: &[T]) -> T {
         let [u, v] = self.weights;
         let row = |at: usize| cells[at] * (1.0 - u) + cells[at + 1] * u;

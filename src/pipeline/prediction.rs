@@ -3,7 +3,7 @@
 
 use wide::f32x4;
 
-use super::bilinear::Bilinear;
+use super::bilinear::{Bilinear, in_cells};
 use super::misalignment::Border;
 use super::straightness::curvature;
 use crate::features::LineSegment;
@@ -83,10 +83,16 @@ impl Squares {
         self.colours.len() / self.columns.max(1)
     }
 
-    /// Bilinear at a pixel of the photo; `None` within half a square of its border, outside, and next to masked pixels.
-    fn sample(&self, point: [f64; 2]) -> Option<f32x4> {
-        let colour = Bilinear::at(point, [self.side as f64; 2], self.columns, self.rows())?.interpolate(&self.colours);
+    /// Bilinear at a place counted in squares; `None` within half a square of the photo's border, outside, and next to masked pixels.
+    #[inline(always)]
+    fn sample(&self, place: [f64; 2]) -> Option<f32x4> {
+        let colour = Bilinear::at(place, self.columns, self.rows())?.interpolate(&self.colours);
         is_there(colour).then_some(colour)
+    }
+
+    /// A footprint in this photo, its places counted in squares.
+    fn footprint(&self, Footprint(corners): &Footprint) -> Footprint {
+        Footprint(corners.map(|corner| in_cells(corner, [self.side as f64; 2])))
     }
 }
 
@@ -101,6 +107,7 @@ struct Footprint([[f64; 2]; 4]);
 
 impl Footprint {
     /// Where a point of the cell lands, bilinear; x and y from 0 to 1.
+    #[inline(always)]
     fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [a, b, c, d] = self.0;
         [0, 1].map(|k| {
@@ -183,7 +190,8 @@ impl Prediction {
         for (cell, footprint) in footprints.iter().enumerate() {
             if let Some((own, within)) = self.squares(cell).nth(self.squares.len() / 2)
                 && is_there(own)
-                && let Some(other) = footprint.as_ref().and_then(|print| self.reference.sample(print.at(within)))
+                && let Some(print) = footprint.as_ref().map(|print| self.reference.footprint(print))
+                && let Some(other) = self.reference.sample(print.at(within))
             {
                 for (sum, colour) in sums.iter_mut().zip([own, other]) {
                     sum.iter_mut().zip(colour.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
@@ -201,6 +209,7 @@ impl Prediction {
     fn choice(&self, cell: usize, gains: f32x4, footprint: Option<Footprint>) -> Choice {
         let (mut sum, mut count) = (0.0, 0);
         if let Some(footprint) = footprint {
+            let footprint = self.reference.footprint(&footprint);
             for (own, within) in self.squares(cell).filter(|(own, _)| is_there(*own)) {
                 if let Some(other) = self.reference.sample(footprint.at(within)) {
                     let [r, g, b, _] = (own * gains - other).abs().to_array();

@@ -3,7 +3,7 @@
 use super::{OtherView, outside};
 use crate::ImageView;
 use crate::depth::interpolation::mean_colour;
-use crate::geometry::{DepthSample, plane_depth};
+use crate::geometry::plane_depth;
 use crate::rect::diagonal;
 
 // Tuned on the evaluation cases: half and twice of each change PSNR and coverage by less than 1 % where nothing else is said.
@@ -45,13 +45,6 @@ pub(super) struct Term {
     pub coefficients: [f64; 4],
     pub target: f64,
     pub weight: f64,
-}
-
-/// What a sample says.
-pub(super) struct Datum {
-    pub term: Term,
-    /// How near the border of the overlap it is: from 0, far away, to 1.
-    pub nearness: f64,
 }
 
 impl Term {
@@ -109,25 +102,6 @@ impl Mesh {
     pub fn sample_weight(&self) -> f64 {
         let per_side = self.spacing / self.sample_step() as f64;
         1.0 / (per_side * per_side)
-    }
-
-    /// What the samples say.
-    pub fn data(
-        &self,
-        samples: &[DepthSample],
-        weight: f64,
-        plane: [f64; 3],
-        parallax: f64,
-        nearness: &dyn Fn(&DepthSample) -> f64,
-        out: &mut Vec<Datum>,
-    ) {
-        out.extend(samples.iter().map(|s| {
-            let (nodes, weights) = self.cell(s.point);
-            let ratio = (s.parallax / parallax).clamp(0.1, 10.0);
-            let target = (s.depth - plane_depth(plane, s.point)) * parallax * ratio;
-            let term = Term { nodes, coefficients: weights.map(|w| w * ratio), target, weight };
-            Datum { term, nearness: nearness(s) }
-        }));
     }
 
     /// Second differences, and a weak pull of slopes to the background.

@@ -6,6 +6,7 @@
 mod background;
 mod lines;
 mod mesh;
+mod samples;
 mod solve;
 
 use crate::features::LineSegment;
@@ -17,7 +18,8 @@ use crate::{Error, ImageView, InverseDepth, Result};
 use background::background;
 use lines::Line;
 pub(super) use lines::segments;
-use mesh::{Datum, Mesh, Term};
+use mesh::{Mesh, Term};
+use samples::Samples;
 use solve::System;
 
 /// Reweightings, and after how many outliers lose more.
@@ -146,7 +148,7 @@ pub(super) struct Equations {
     plane: [f64; 3],
     /// Pixels per unit of inverse depth that most samples move by.
     parallax: f64,
-    data: Vec<Datum>,
+    samples: Samples,
     smoothness: Vec<Term>,
     lines: Vec<Line>,
     /// The values after the first pass for a stiffness, tight at the border or not, which most extrapolations have in common.
@@ -182,7 +184,7 @@ impl Equations {
         let all = [samples, matches].concat();
         let Some(plane) = background(&all, size, other) else { return Ok(None) };
         let nearness = |sample: &DepthSample| other.nearness(sample, size);
-        let Some(mut found) = Self::of_data(samples, matches, size, plane, &nearness)? else { return Ok(None) };
+        let Some(mut found) = Self::of_samples(samples, matches, size, plane, &nearness)? else { return Ok(None) };
         found.smoothness = found.mesh.smoothness(photo);
         let upright = other.infinity.map(|slopes| found.deviations(slopes));
         found.lines = lines::along(&found.mesh, segments, size, lines::LINE, &|_| 0.0, upright);
@@ -197,7 +199,7 @@ impl Equations {
         prior: &InverseDepth,
         segments: &[LineSegment],
     ) -> Result<Option<Self>> {
-        let Some(mut found) = Self::of_data(samples, matches, prior.size(), [0.0; 3], &|_| 0.0)? else {
+        let Some(mut found) = Self::of_samples(samples, matches, prior.size(), [0.0; 3], &|_| 0.0)? else {
             return Ok(None);
         };
         found.smoothness = found.mesh.smoothness(None);
@@ -206,7 +208,7 @@ impl Equations {
         Ok(Some(found))
     }
 
-    fn of_data(
+    fn of_samples(
         samples: &[DepthSample],
         matches: &[DepthSample],
         size: (usize, usize),
@@ -220,11 +222,8 @@ impl Equations {
         if !parallax.is_normal() {
             return Ok(None);
         }
-        let mut data = Vec::new();
-        reserve(&mut data, samples.len() + matches.len())?;
-        mesh.data(samples, mesh.sample_weight(), plane, parallax, nearness, &mut data);
-        mesh.data(matches, 1.0, plane, parallax, nearness, &mut data);
-        Ok(Some(Self { mesh, plane, parallax, data, smoothness: Vec::new(), lines: Vec::new(), first: None }))
+        let samples = Samples::new(&mesh, [samples, matches], plane, parallax, nearness)?;
+        Ok(Some(Self { mesh, plane, parallax, samples, smoothness: Vec::new(), lines: Vec::new(), first: None }))
     }
 
     /// Slopes of inverse depth along x and y, as those of the values.
@@ -235,7 +234,7 @@ impl Equations {
     /// The surface, by reweighted least squares; `None` where they do not determine it.
     pub fn solve(&mut self, other: &OtherView<'_>, shape: SurfaceShape) -> Result<Option<Surface>> {
         let slopes = other.infinity.map(|slopes| self.deviations(slopes));
-        let Self { mesh, plane, parallax, data, smoothness, lines, first } = self;
+        let Self { mesh, plane, parallax, samples, smoothness, lines, first } = self;
         let SurfaceShape { stiffness, extrapolation, tight_at_border: tight } = shape;
         // What the values become far outside, relative to the background's plane.
         let goal = match (extrapolation, slopes) {
@@ -266,7 +265,9 @@ impl Equations {
             mesh.pull(&depth, far, &mut pulls);
             let mut system = fixed.clone();
             system.add(&pulls, stiffness);
-            let Some(next) = solve::reweighted(system, (data, tight), lines, &values, pass)? else { return Ok(None) };
+            let Some(next) = solve::reweighted(system, (samples, tight), lines, &values, pass)? else {
+                return Ok(None);
+            };
             values = next;
             if pass == 0 && outward.is_none() {
                 *first = Some(((stiffness, tight), values.clone()));

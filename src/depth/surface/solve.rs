@@ -1,21 +1,14 @@
 //! The reweighted equations, by preconditioned conjugate gradients.
 
-use wide::f64x4;
-
 use super::lines::Line;
-use super::mesh::{Datum, Mesh, Term};
-use super::{ROBUST, robust};
+use super::mesh::{Mesh, Term};
+use super::samples::{Block, Samples};
 use crate::Result;
 use crate::depth::diagonals::{Diagonals, Factor, add_scaled, dot};
 
 /// Steps of the conjugate gradients at most, and the share of the residual they leave: that of a change, which is small in the end.
 const STEPS: usize = 12;
 const TOLERANCE: f64 = 1e-2;
-
-/// Where the surface is tight at the border of the overlap: how much more a sample weighs there, and how much farther off it may be before it
-/// counts as an outlier. How well what is hidden of 54 real pairs is placed is flat between a third and three times the first, and at half the second.
-const TIGHT_WEIGHT: f64 = 10.0;
-const TIGHT_TOLERANCE: f64 = 20.0;
 
 /// Normal equations.
 #[derive(Clone)]
@@ -40,63 +33,25 @@ impl System {
         }
     }
 
-    /// Adds samples, weighted by how well `values` fulfil them: first those that follow each other in one cell to each other.
-    fn add_data(&mut self, data: &[Datum], tight: bool, values: &[f64], pass: usize) {
-        for cell in data.chunk_by(|a, b| a.term.nodes == b.term.nodes) {
-            let mut block = Block::ZERO;
-            for Datum { term, nearness } in cell {
-                let near = if tight { *nearness } else { 0.0 };
-                let residual = term.residual(values) / (1.0 + TIGHT_TOLERANCE * near);
-                let share = if pass == 0 { 1.0 } else { robust(residual, pass >= ROBUST) };
-                block.add(term, term.weight * (1.0 + TIGHT_WEIGHT * near) * share);
-            }
-            self.add_block(&cell[0].term.nodes, &block);
-        }
-    }
-
     fn add_block(&mut self, nodes: &[usize; 4], block: &Block) {
         for (i, (&n, row)) in nodes.iter().zip(&block.matrix).enumerate() {
-            self.right[n] += block.right.as_array_ref()[i];
-            for (&m, &value) in nodes[..=i].iter().zip(row.as_array_ref()).filter(|(_, value)| **value != 0.0) {
+            self.right[n] += block.right[i];
+            for (&m, &value) in nodes[..=i].iter().zip(row).filter(|(_, value)| **value != 0.0) {
                 self.matrix.add(n, m, value);
             }
         }
     }
 }
 
-/// The normal equations of the vertices of one cell.
-struct Block {
-    matrix: [f64x4; 4],
-    right: f64x4,
-}
-
-impl Block {
-    const ZERO: Self = Self { matrix: [f64x4::ZERO; 4], right: f64x4::ZERO };
-
-    fn of(term: &Term, weight: f64) -> Self {
-        let mut block = Self::ZERO;
-        block.add(term, weight);
-        block
-    }
-
-    fn add(&mut self, term: &Term, weight: f64) {
-        let coefficients = f64x4::new(term.coefficients);
-        for (row, c) in self.matrix.iter_mut().zip(term.coefficients) {
-            *row += coefficients * f64x4::splat(weight * c);
-        }
-        self.right += coefficients * f64x4::splat(weight * term.target);
-    }
-}
-
-/// One reweighted solution of a system that stays the same, `data`, and lines.
+/// One reweighted solution of a system that stays the same, `samples`, and lines.
 pub(super) fn reweighted(
     mut system: System,
-    (data, tight): (&[Datum], bool),
+    (samples, tight): (&Samples, bool),
     lines: &mut [Line],
     start: &[f64],
     pass: usize,
 ) -> Result<Option<Vec<f64>>> {
-    system.add_data(data, tight, start, pass);
+    samples.for_each_cell(start, tight, pass, &mut |nodes, block| system.add_block(nodes, block));
     for line in lines.iter_mut() {
         line.reweight(start, pass);
         for (term, weight) in line.terms.iter().zip(&line.weights) {
@@ -125,12 +80,7 @@ fn conjugate_gradients(
     let mut x = start.to_vec();
     let mut residual = right;
     add_scaled(&mut residual, &apply(&x), -1.0);
-    let precondition = |residual: &[f64]| {
-        let mut z = residual.to_vec();
-        factor.solve(&mut z);
-        z
-    };
-    let mut z = precondition(&residual);
+    let mut z = factor.solve(&residual);
     let mut direction = z.clone();
     let mut product = dot(&residual, &z);
     let enough = TOLERANCE * TOLERANCE * product;
@@ -142,7 +92,7 @@ fn conjugate_gradients(
         let step = product / dot(&direction, &applied);
         add_scaled(&mut x, &direction, step);
         add_scaled(&mut residual, &applied, -step);
-        z = precondition(&residual);
+        z = factor.solve(&residual);
         let next = dot(&residual, &z);
         let share = next / product;
         direction.iter_mut().zip(&z).for_each(|(d, z)| *d = z + share * *d);

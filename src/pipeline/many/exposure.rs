@@ -7,7 +7,7 @@ use super::align::ManyAlignment;
 use super::result::Photo;
 use crate::geometry::Equations;
 use crate::image::filled;
-use crate::pipeline::bilinear::Bilinear;
+use crate::pipeline::bilinear::{Bilinear, in_cells};
 use crate::rect::diagonal;
 use crate::srgb::{USABLE, linear_light};
 use crate::statistics::median;
@@ -100,7 +100,7 @@ impl Light {
     /// Bilinear: red, green and blue. `None` within half a cell of the border, outside, and next to a cell without light.
     fn sample(&self, point: [f64; 2]) -> Option<[f32; 3]> {
         let rows = self.cells.len() / self.columns.max(1);
-        let around = Bilinear::at(point, [self.side as f64; 2], self.columns, rows)?;
+        let around = Bilinear::at(in_cells(point, [self.side as f64; 2]), self.columns, rows)?;
         let [r, g, b, _] = around.interpolate(&self.cells).to_array();
         (!r.is_nan()).then_some([r, g, b])
     }

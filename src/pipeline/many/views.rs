@@ -1,7 +1,7 @@
 //! How photos look at a smaller size, at which they are compared.
 
 use crate::features::{Luma, luma};
-use crate::pipeline::bilinear::Bilinear;
+use crate::pipeline::bilinear::{Bilinear, in_cells};
 use crate::{ImageView, Result};
 
 /// The longer side.
@@ -54,5 +54,6 @@ pub(super) fn textured(view: &Luma, [x, y]: [usize; 2]) -> bool {
 /// How bright a place of a photo of this size is in its view; NaN outside.
 pub(super) fn brightness_at(view: &Luma, (w, h): (usize, usize), point: [f64; 2]) -> f32 {
     let cell = [w as f64 / view.width as f64, h as f64 / view.height as f64];
-    Bilinear::at(point, cell, view.width, view.height).map_or(f32::NAN, |around| around.interpolate(&view.data))
+    Bilinear::at(in_cells(point, cell), view.width, view.height)
+        .map_or(f32::NAN, |around| around.interpolate(&view.data))
 }
