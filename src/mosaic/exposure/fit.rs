@@ -11,8 +11,8 @@ use crate::statistics::median;
 
 /// Samples below which nothing is said about exposure. Flat between 6 and 24.
 const FEWEST: usize = 12;
-/// Gains farther from 1 than this factor are no exposure difference.
-const LARGEST: f64 = 8.0;
+/// Gains farther from 1 than this factor are no exposure difference: five stops, as far as a series of exposures goes.
+const LARGEST: f64 = 32.0;
 /// Rounds of re-weighting.
 const ROUNDS: usize = 8;
 /// Standard deviation of the logarithms of the ratios that is never taken for misalignment.
