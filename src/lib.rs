@@ -104,6 +104,7 @@ pub mod geometry;
 pub mod image;
 pub mod inverse_depth;
 mod lanes;
+mod line_fit;
 mod luma;
 pub mod metrics;
 pub mod mosaic;

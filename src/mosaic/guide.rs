@@ -3,6 +3,7 @@
 use super::seam::REFERENCE;
 use crate::geometry::Model;
 use crate::image::{check_size, reserve};
+use crate::line_fit::LineFit;
 use crate::rect::Rect;
 use crate::warp::Warped;
 use crate::{InverseDepth, Mask, Result, View};
@@ -93,28 +94,20 @@ fn line(samples: &[[f64; 2]]) -> [f64; 2] {
     let mut found = [0.0; 2];
     let mut scale = f64::INFINITY;
     for _ in 0..ROUNDS {
-        let (mut w, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        let mut deviation = 0.0;
+        let (mut fit, mut deviation) = (LineFit::default(), 0.0);
         // A residual counts by its size, not its square; nearly none at all is no reason to count without bounds.
         for &[u, v] in samples {
             let off = (v - found[0] * u - found[1]).abs();
-            let share = if scale.is_finite() { 1.0 / off.max(scale) } else { 1.0 };
             deviation += off;
-            w += share;
-            x += share * u;
-            y += share * v;
-            xx += share * u * u;
-            xy += share * u * v;
+            fit.add(u, v, if scale.is_finite() { 1.0 / off.max(scale) } else { 1.0 });
         }
         if deviation == 0.0 {
             break; // exact
         }
-        let determinant = w * xx - x * x;
-        if determinant <= 1e-12 * w * xx {
-            return [0.0, y / w]; // all of one depth
-        }
-        let slope = (w * xy - x * y) / determinant;
-        found = [slope, (y - slope * x) / w];
+        let Some(better) = fit.line() else {
+            return [0.0, fit.constant()]; // all of one depth
+        };
+        found = better;
         scale = 1e-3 * deviation / samples.len() as f64;
     }
     found

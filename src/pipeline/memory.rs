@@ -9,7 +9,7 @@ use super::options::{Options, WithoutDepth};
 use super::picture::Size;
 use crate::features::reduced;
 use crate::mosaic::{Blending, EDGE_NODES, FillMethod, Seam, node_side};
-use crate::warp::{MOST_KEPT, Projection, WarpMode, bytes_per_pixel};
+use crate::warp::{MOST_KEPT, Projection, WARPED, WarpMode, bytes_per_pixel};
 use crate::{Error, Result, Stage, View};
 
 /// What the pipeline is given.
@@ -83,8 +83,6 @@ const COMPLETE: u64 = MAP + 20;
 
 /// Vertices in fixed point.
 const VERTEX: u64 = 8;
-/// Colour, footprint.
-const CANVAS: u64 = RGBA + MASK;
 /// Mosaic, seam, voids.
 const MOSAIC: u64 = RGBA + 2 * MASK;
 /// The pyramid of multi-band blending: 32 bytes at half the resolution and all coarser ones, over most of the canvas.
@@ -265,7 +263,7 @@ impl<'a> Memory<'a> {
             (false, false) => reference,
             (false, true) => 0,
         };
-        let warped = canvas.saturating_mul(CANVAS + self.confidence() + self.warped_depth());
+        let warped = canvas.saturating_mul(WARPED + self.confidence() + self.warped_depth());
         maps.saturating_add(self.projected()).saturating_add(warped)
     }
 

@@ -8,7 +8,7 @@ use crate::{Error, ImageView, InverseDepth, Mask, Rect, Result};
 
 /// Bytes per canvas pixel: the warped target and its footprint, the confidence in it, its depth, and what cleaning the outline takes: what is
 /// covered, and distances.
-const WARPED: u64 = 4 + 1;
+pub(crate) const WARPED: u64 = 4 + 1;
 const CONFIDENCE: u64 = 1;
 const DEPTH: u64 = 4;
 const OUTLINE: u64 = 1 + 2 * 2;

@@ -31,7 +31,7 @@ use crate::observer::{Observer, report};
 use crate::transparency::{Extended, outside};
 use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 
-pub(crate) use canvas::{Limits, bytes_per_pixel};
+pub(crate) use canvas::{Limits, WARPED, bytes_per_pixel};
 pub(crate) use grid::MOST_KEPT;
 pub use projection_surface::Projection;
 pub(crate) use projection_surface::{ProjectionSurface, project};

@@ -3,6 +3,7 @@
 use super::mesh::{Mesh, Term};
 use super::{ROBUST, robust};
 use crate::features::{LineSegment, LineSegmentOptions, join_collinear, line_segments};
+use crate::line_fit::LineFit;
 use crate::rect::diagonal;
 use crate::{ImageView, Result};
 
@@ -89,19 +90,13 @@ pub(super) fn along(
 }
 
 impl Line {
-    /// Intercept and slope that fit the values best; no slope where they are to be constant.
+    /// Slope and intercept that fit the values best; no slope where they are to be constant.
     fn affine(&self, value: &dyn Fn(&Term) -> f64) -> [f64; 2] {
-        let [mut s, mut t, mut tt, mut v, mut tv] = [0.0; 5];
-        for ((&w, &a), term) in self.weights.iter().zip(&self.along).zip(&self.terms) {
-            let value = value(term);
-            (s, t, tt, v, tv) = (s + w, t + w * a, tt + w * a * a, v + w * value, tv + w * a * value);
+        let mut fit = LineFit::default();
+        for ((&weight, &along), term) in self.weights.iter().zip(&self.along).zip(&self.terms) {
+            fit.add(along, value(term), weight);
         }
-        let det = s * tt - t * t;
-        if !self.constant && det > 1e-12 * s * s {
-            [(tt * v - t * tv) / det, (s * tv - t * v) / det]
-        } else {
-            [v / s, 0.0]
-        }
+        fit.line().filter(|_| !self.constant).unwrap_or_else(|| [0.0, fit.constant()])
     }
 
     pub fn reweight(&mut self, x: &[f64], pass: usize) {
@@ -112,7 +107,7 @@ impl Line {
         let [a, b] = self.affine(&|term| term.residual(x));
         let scale = if self.constant { UPRIGHT } else { 1.0 };
         for ((w, term), t) in self.weights.iter_mut().zip(&self.terms).zip(&self.along) {
-            *w = self.weight * robust((term.residual(x) - a - b * t) / scale, pass >= ROBUST);
+            *w = self.weight * robust((term.residual(x) - a * t - b) / scale, pass >= ROBUST);
         }
     }
 
@@ -129,7 +124,7 @@ impl Line {
     fn release_values(&self, value: &dyn Fn(&Term) -> f64, out: &mut [f64]) {
         let [a, b] = self.affine(value);
         for ((term, w), t) in self.terms.iter().zip(&self.weights).zip(&self.along) {
-            let pull = w * (a + b * t);
+            let pull = w * (a * t + b);
             for (&n, c) in term.nodes.iter().zip(term.coefficients) {
                 out[n] -= pull * c;
             }

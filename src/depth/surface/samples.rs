@@ -8,7 +8,7 @@ use super::ROBUST;
 use super::mesh::{Mesh, Term};
 use crate::Result;
 use crate::geometry::{DepthSample, plane_depth};
-use crate::image::{defaults, reserve_more};
+use crate::image::{reserve, zeroed};
 use crate::lanes::LANES;
 
 /// Where the surface is tight at the border of the overlap: how much more a sample weighs there, and how much farther off it may be before it
@@ -16,16 +16,9 @@ use crate::lanes::LANES;
 const TIGHT_WEIGHT: f32 = 10.0;
 const TIGHT_TOLERANCE: f32 = 20.0;
 
-/// What one sample says.
-#[derive(Clone)]
-struct Sample {
-    /// Of the cell around it.
-    term: Term,
-    nearness: f64,
-}
-
 /// The samples of a surface, cell by cell.
 pub(super) struct Samples {
+    /// By the first of their vertices.
     cells: Vec<Cell>,
     fours: Vec<Four>,
 }
@@ -35,15 +28,9 @@ struct Cell {
     fours: Range<usize>,
 }
 
-/// Four samples of one cell; those that are missing weigh nothing.
-#[derive(Clone, Copy)]
-struct Four {
-    coefficients: [f32x4; 4],
-    target: f32x4,
-    weight: f32x4,
-    /// How near the border of the overlap they are: from 0, far away, to 1.
-    nearness: f32x4,
-}
+/// Four samples of one cell, of each its coefficients for the four vertices, the target, the weight, and how near the border of the overlap it is:
+/// from 0, far away, to 1. Those that are missing weigh nothing.
+type Four = [[f32; LANES]; 7];
 
 /// Normal equations of the values at four vertices: the lower triangle of their matrix, and the right side.
 pub(super) struct Block {
@@ -69,65 +56,62 @@ impl Samples {
         parallax: f64,
         nearness: &dyn Fn(&DepthSample) -> f64,
     ) -> Result<Self> {
-        let mut cells: Vec<Vec<Sample>> = defaults(mesh.len())?;
-        for (samples, weight) in [(samples, mesh.sample_weight()), (matches, 1.0)] {
-            for s in samples {
-                let (nodes, weights) = mesh.cell(s.point);
-                let ratio = (s.parallax / parallax).clamp(0.1, 10.0);
-                let target = (s.depth - plane_depth(plane, s.point)) * parallax * ratio;
-                let term = Term { nodes, coefficients: weights.map(|w| w * ratio), target, weight };
-                reserve_more(&mut cells[nodes[0]], 1)?;
-                cells[nodes[0]].push(Sample { term, nearness: nearness(s) });
-            }
+        let all = || {
+            let samples = samples.iter().map(|sample| (sample, mesh.sample_weight()));
+            samples.chain(matches.iter().map(|sample| (sample, 1.0)))
+        };
+        // How many of each cell, then how many of them are still to come.
+        let mut left: Vec<usize> = zeroed(mesh.len())?;
+        all().for_each(|(sample, _)| left[mesh.cell(sample.point).0[0]] += 1);
+        let (mut cells, mut end) = (Vec::new(), 0);
+        reserve(&mut cells, mesh.len())?;
+        cells.extend(left.iter().map(|count| {
+            let first = end;
+            end += count.div_ceil(LANES);
+            Cell { nodes: [0; 4], fours: first..end }
+        }));
+        let mut fours: Vec<Four> = zeroed(end)?;
+        for (sample, weight) in all() {
+            let (nodes, shares) = mesh.cell(sample.point);
+            let ratio = (sample.parallax / parallax).clamp(0.1, 10.0);
+            let target = (sample.depth - plane_depth(plane, sample.point)) * parallax * ratio;
+            let [p, q, r, s] = shares.map(|share| share * ratio);
+            let (cell, left) = (&mut cells[nodes[0]], &mut left[nodes[0]]);
+            cell.nodes = nodes;
+            *left -= 1;
+            let (four, lane) = (&mut fours[cell.fours.start + *left / LANES], *left % LANES);
+            let values = [p, q, r, s, target, weight, nearness(sample)];
+            four.iter_mut().zip(values).for_each(|(lanes, value)| lanes[lane] = value as f32);
         }
-        let mut found = Self { cells: Vec::new(), fours: Vec::new() };
-        for samples in cells {
-            let Some(nodes) = samples.first().map(|sample| sample.term.nodes) else { continue };
-            let from = found.fours.len();
-            reserve_more(&mut found.fours, samples.len().div_ceil(LANES))?;
-            found.fours.extend(samples.chunks(LANES).map(Four::of));
-            reserve_more(&mut found.cells, 1)?;
-            found.cells.push(Cell { nodes, fours: from..found.fours.len() });
-        }
-        Ok(found)
+        Ok(Self { cells, fours })
     }
 
     /// The normal equations of each cell, its samples weighted by how well `values` fulfil them.
     pub fn for_each_cell(&self, values: &[f64], tight: bool, pass: usize, act: &mut dyn FnMut(&[usize; 4], &Block)) {
         let tight = f32x4::splat(if tight { 1.0 } else { 0.0 });
-        for Cell { nodes, fours } in &self.cells {
+        for Cell { nodes, fours } in self.cells.iter().filter(|cell| !cell.fours.is_empty()) {
             let values = nodes.map(|node| f32x4::splat(values[node] as f32));
             let mut sums = Sums::default();
             for four in &self.fours[fours.clone()] {
-                let near = tight * four.nearness;
-                let share = if pass == 0 { f32x4::ONE } else { four.robust(values, near, pass >= ROBUST) };
-                sums.add(four, four.weight * (f32x4::ONE + TIGHT_WEIGHT * near) * share);
+                let [p, q, r, s, target, weight, nearness] = four.map(f32x4::new);
+                let (coefficients, near) = ([p, q, r, s], tight * nearness);
+                let share = if pass == 0 {
+                    f32x4::ONE
+                } else {
+                    let residual = (p * values[0] + q * values[1]) + (r * values[2] + s * values[3]) - target;
+                    robust_lanes(residual / (f32x4::ONE + TIGHT_TOLERANCE * near), pass >= ROBUST)
+                };
+                sums.add(coefficients, target, weight * (f32x4::ONE + TIGHT_WEIGHT * near) * share);
             }
             act(nodes, &sums.block());
         }
     }
 }
 
-impl Four {
-    fn of(samples: &[Sample]) -> Self {
-        let mut lanes = [[0.0; LANES]; 7];
-        for (i, Sample { term, nearness }) in samples.iter().enumerate() {
-            let [p, q, r, s] = term.coefficients;
-            let values = [p, q, r, s, term.target, term.weight, *nearness];
-            lanes.iter_mut().zip(values).for_each(|(lane, value)| lane[i] = value as f32);
-        }
-        let [p, q, r, s, target, weight, nearness] = lanes.map(f32x4::new);
-        Self { coefficients: [p, q, r, s], target, weight, nearness }
-    }
-
-    /// As [`robust`](super::robust), of samples that may be the farther off the nearer the border they are.
-    fn robust(&self, [p, q, r, s]: [f32x4; 4], near: f32x4, late: bool) -> f32x4 {
-        let [a, b, c, d] = self.coefficients;
-        let residual = (a * p + b * q) + (c * r + d * s) - self.target;
-        let residual = residual / (f32x4::ONE + TIGHT_TOLERANCE * near);
-        let weight = f32x4::ONE / (f32x4::ONE + residual * residual).sqrt();
-        if late { weight * weight.sqrt() } else { weight }
-    }
+/// As [`robust`](super::robust), of four residuals.
+fn robust_lanes(residual: f32x4, late: bool) -> f32x4 {
+    let weight = f32x4::ONE / (f32x4::ONE + residual * residual).sqrt();
+    if late { weight * weight.sqrt() } else { weight }
 }
 
 /// Sums of normal equations, lane by lane.
@@ -139,12 +123,12 @@ struct Sums {
 
 impl Sums {
     #[inline(always)]
-    fn add(&mut self, four: &Four, weight: f32x4) {
+    fn add(&mut self, coefficients: [f32x4; 4], target: f32x4, weight: f32x4) {
         for i in 0..4 {
-            let weighted = weight * four.coefficients[i];
-            self.right[i] += weighted * four.target;
+            let weighted = weight * coefficients[i];
+            self.right[i] += weighted * target;
             for j in 0..=i {
-                self.matrix[i][j] += weighted * four.coefficients[j];
+                self.matrix[i][j] += weighted * coefficients[j];
             }
         }
     }

@@ -89,15 +89,16 @@ fn decompose(p: &ProjectionMatrix, focal: f64) -> Option<(Matrix3<f64>, Vector3<
     Some((rotation, translation, shifted.dot(&translation) / translation.norm_squared()))
 }
 
-/// The orthogonal factor of the polar decomposition, by Newton's iteration A ← ½(A + A⁻ᵀ) (Higham 1986).
-pub(in crate::geometry) fn nearest_rotation(mut a: Matrix3<f64>) -> Option<Matrix3<f64>> {
+/// The rotation nearest to a multiple of this matrix, the orthogonal factor of its polar decomposition, by Newton's iteration A ← ½(A + A⁻ᵀ) (Higham
+/// 1986). `None` of a reflection, and of what is nearly singular.
+pub(in crate::geometry) fn nearest_rotation(matrix: Matrix3<f64>) -> Option<Matrix3<f64>> {
     const ITERATIONS: usize = 20;
+    let determinant = matrix.determinant();
+    if determinant.is_nan() || determinant <= 1e-9 * matrix.norm().powi(3) {
+        return None;
+    }
+    let mut a = matrix / libm::exp(libm::log(determinant) / 3.0);
     for _ in 0..ITERATIONS {
-        let determinant = a.determinant();
-        // A reflection, or nearly singular.
-        if determinant.is_nan() || determinant < 1e-9 {
-            return None;
-        }
         a = (a + a.try_inverse()?.transpose()) * 0.5;
     }
     Some(a)

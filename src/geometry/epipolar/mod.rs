@@ -30,7 +30,7 @@ pub(super) use essential::{Motion, Rays, decompose, in_front};
 pub(crate) use infinity::plane_at_infinity;
 use orientation::is_inverted;
 pub(crate) use pure_rotation::pure_rotation;
-pub(super) use pure_rotation::{nearest_rotation, rotation_between};
+pub(super) use pure_rotation::rotation_between;
 use triangulation::{Triangulated, plane_parallax};
 
 /// Samples drawn in any case: most of those without outliers determine little, as on one plane.

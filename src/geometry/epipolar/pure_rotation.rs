@@ -5,9 +5,10 @@ use nalgebra::Matrix3;
 
 use super::cameras::intrinsics;
 use super::essential::Rays;
+use crate::geometry::calibrated::nearest_rotation;
 use crate::geometry::summary::summarise;
 use crate::geometry::usable::usable_matches;
-use crate::geometry::{Estimate, Frame, Match, Model, ModelKind, calibrated};
+use crate::geometry::{Estimate, Frame, Match, Model, ModelKind};
 
 /// Reweightings of the fit; it hardly changes after ten.
 const PASSES: usize = 20;
@@ -48,15 +49,6 @@ pub(in crate::geometry) fn rotation_between(rays: &[Rays], weights: &[f64]) -> O
     nearest_rotation(
         rays.iter().zip(weights).fold(Matrix3::zeros(), |sum, (rays, weight)| sum + product(rays) * *weight),
     )
-}
-
-/// The rotation that is nearest to a matrix with a positive determinant.
-pub(in crate::geometry) fn nearest_rotation(m: Matrix3<f64>) -> Option<Matrix3<f64>> {
-    let determinant = m.determinant();
-    if determinant.is_nan() || determinant <= 0.0 {
-        return None;
-    }
-    calibrated::nearest_rotation(m / libm::exp(libm::log(determinant) / 3.0))
 }
 
 #[cfg(test)]

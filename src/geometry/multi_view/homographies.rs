@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Matrix2x3, Matrix3, Vector3};
 
 use super::least_squares::{Equations, huber};
+use super::spanning_tree::spanning_tree;
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
 use crate::geometry::levenberg_marquardt::{LeastSquares, minimise};
@@ -48,31 +49,20 @@ impl Chain {
             })
             .collect();
         let mut chain = Self { to_root: vec![None; lenses.len()] };
-        chain.to_root[root] = Some(Matrix3::identity());
-        chain.connect(&edges);
+        chain.connect(&edges, root);
         chain.adjust(&edges, diagonals, root);
         chain
     }
 
-    /// Prim's algorithm.
-    fn connect(&mut self, edges: &[Edge]) {
-        loop {
-            let mut best: Option<(usize, usize, Matrix3<f64>)> = None;
-            for edge in edges {
-                let [a, b] = edge.photos;
-                let found = match (self.to_root[a], self.to_root[b]) {
-                    (None, Some(to)) => Some((edge.weight, a, to * edge.homography)),
-                    (Some(from), None) => edge.homography.try_inverse().map(|back| (edge.weight, b, from * back)),
-                    _ => None,
-                };
-                if let Some(found) = found
-                    && best.is_none_or(|(weight, ..)| found.0 > weight)
-                {
-                    best = Some(found);
-                }
-            }
-            let Some((_, photo, h)) = best else { return };
-            self.to_root[photo] = Some(h / h[(2, 2)]);
+    /// Along the spanning tree of the pairs with most matches.
+    fn connect(&mut self, edges: &[Edge], root: usize) {
+        let pairs: Vec<_> = edges.iter().map(|edge| (edge.photos, edge.weight as f64)).collect();
+        self.to_root[root] = Some(Matrix3::identity());
+        for (pair, added) in spanning_tree(&pairs, self.to_root.len(), root) {
+            let Edge { photos, homography, .. } = &edges[pair];
+            let step = if added == 0 { Some(*homography) } else { homography.try_inverse() };
+            let h = self.to_root[photos[1 - added]].zip(step).map(|(known, step)| known * step);
+            self.to_root[photos[added]] = h.map(|h| h / h[(2, 2)]);
         }
     }
 

@@ -25,6 +25,7 @@ mod rotations;
 mod scene;
 mod self_calibration;
 mod solution;
+mod spanning_tree;
 mod tracks;
 
 pub use choice::multi_view;

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::self_calibration::{calibrated, essential};
 use super::{Lens, PairLink};
 use crate::geometry::ModelKind;
+use crate::geometry::calibrated::nearest_rotation;
 use crate::geometry::eigen::eigenpairs;
-use crate::geometry::epipolar::{Motion, Rays, decompose, in_front, nearest_rotation, rotation_between};
+use crate::geometry::epipolar::{Motion, Rays, decompose, in_front, rotation_between};
 use crate::statistics::median;
 
 /// A calibrated homography whose images are this close to those of a rotation, in pixels, at the median, is one.

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::least_squares::Equations;
 use super::relative_pose::RelativePose;
+use super::spanning_tree::spanning_tree;
 use crate::geometry::calibrated::small_rotation;
 
 const ROUNDS: usize = 30;
@@ -32,26 +33,16 @@ pub(super) fn contradiction(pose: &RelativePose, rotations: &[Option<Matrix3<f64
     Some(logarithm(&((to? * from?.transpose()) * pose.rotation.transpose())).norm())
 }
 
-/// Prim's algorithm.
 fn along_tree(poses: &[RelativePose], photos: usize, root: usize) -> Vec<Option<Matrix3<f64>>> {
+    let pairs: Vec<_> = poses.iter().map(|pose| (pose.photos, pose.weight)).collect();
     let mut rotations: Vec<Option<Matrix3<f64>>> = vec![None; photos];
     rotations[root] = Some(Matrix3::identity());
-    loop {
-        let mut best: Option<(f64, usize, Matrix3<f64>)> = None;
-        for pose in poses {
-            let [a, b] = pose.photos;
-            let found = match (rotations[a], rotations[b]) {
-                (Some(from), None) => (pose.weight, b, (pose.rotation * from)),
-                (None, Some(to)) => (pose.weight, a, (pose.rotation.transpose() * to)),
-                _ => continue,
-            };
-            if best.is_none_or(|(weight, ..)| found.0 > weight) {
-                best = Some(found);
-            }
-        }
-        let Some((_, photo, rotation)) = best else { return rotations };
-        rotations[photo] = Some(rotation);
+    for (pair, added) in spanning_tree(&pairs, photos, root) {
+        let RelativePose { photos, rotation, .. } = &poses[pair];
+        let step = if added == 1 { *rotation } else { rotation.transpose() };
+        rotations[photos[added]] = rotations[photos[1 - added]].map(|known| step * known);
     }
+    rotations
 }
 
 /// Whether every camera looks another way than some other one by more than [`WIDE`], so that none shows on a plane what all do.

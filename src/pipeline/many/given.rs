@@ -3,6 +3,7 @@
 use super::depth::PhotoDepth;
 use crate::depth::{CompletionOptions, KnownDepth, OtherView};
 use crate::geometry::{DepthSample, MultiView, MultiViewKind};
+use crate::line_fit::LineFit;
 use crate::observer::Observer;
 use crate::rect::diagonal;
 use crate::statistics::median;
@@ -64,23 +65,16 @@ fn relation(pairs: &[(f64, DepthSample)], metric: bool) -> Option<([f64; 2], f64
 fn fit(pairs: &[(f64, DepthSample)], shifted: bool) -> Option<[f64; 2]> {
     let mut best: Option<[f64; 2]> = None;
     for _ in 0..PASSES {
-        let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut fit = LineFit::default();
         for (d, s) in pairs {
             let off = best.map_or(1.0, |[a, b]| ((a * d + b - s.depth) * s.parallax).abs().max(EXACT));
-            let weight = s.parallax * s.parallax / off;
-            (n, x, y) = (n + weight, x + weight * d, y + weight * s.depth);
-            (xx, xy) = (xx + weight * d * d, xy + weight * d * s.depth);
+            fit.add(*d, s.depth, s.parallax * s.parallax / off);
         }
-        let (a, b) = if shifted {
-            let a = (n * xy - x * y) / (n * xx - x * x);
-            (a, (y - a * x) / n)
-        } else {
-            (xy / xx, 0.0)
-        };
-        if !(a.is_finite() && b.is_finite()) {
+        let line = if shifted { fit.line()? } else { [fit.proportion(), 0.0] };
+        if line.iter().any(|value| !value.is_finite()) {
             return None;
         }
-        best = Some([a, b]);
+        best = Some(line);
     }
     best
 }
