@@ -192,6 +192,25 @@ fn side_by_side(
     (image, mosaic)
 }
 
+/// A warmer target whose red is clipped: where only that shows, gray does not turn cyan as red is darkened.
+#[test]
+fn a_clipped_channel_does_not_tint() {
+    let warm = |x, y| {
+        let [r, g, b, _] = squares(x, y).map(f32::from);
+        [r * 1.35, g, b * 0.65, 255.0].map(|v| v as u8)
+    };
+    let (image, mosaic) = side_by_side(200, warm, squares);
+    let mut clipped = 0;
+    for (i, (before, after)) in pixels(&image).iter().zip(pixels(&mosaic.image)).enumerate() {
+        if i % image.width() < 150 && before[0] == 255 {
+            let [r, g, b, _] = after.map(i32::from);
+            assert!(r >= g.min(b) - 3, "{before:?} became {after:?}");
+            clipped += 1;
+        }
+    }
+    assert!(clipped > 1000, "{clipped}");
+}
+
 /// Where photos are misaligned, what is bright in one mostly is less so in the other, and the other way round. That is no difference in
 /// exposure: what only the target shows stays as it is.
 #[test]
