@@ -124,12 +124,10 @@ struct Sums {
 impl Sums {
     #[inline(always)]
     fn add(&mut self, coefficients: [f32x4; 4], target: f32x4, weight: f32x4) {
-        for i in 0..4 {
+        for (i, (row, right)) in self.matrix.iter_mut().zip(&mut self.right).enumerate() {
             let weighted = weight * coefficients[i];
-            self.right[i] += weighted * target;
-            for j in 0..=i {
-                self.matrix[i][j] += weighted * coefficients[j];
-            }
+            *right += weighted * target;
+            row.iter_mut().zip(&coefficients[..=i]).for_each(|(sum, other)| *sum += weighted * *other);
         }
     }
 
