@@ -2,11 +2,10 @@
 
 use wide::{CmpGt, f32x4, i32x4};
 
-use super::clipped::whiteness;
+use super::clipped::{untinted, whiteness};
 use super::fit::{Curve, Field, Response};
 use super::tone::{STEPS, levels};
 use crate::observer::{Observer, report_row};
-use crate::srgb::USABLE;
 use crate::{Image, Rect, Result, Stage};
 
 /// Where highlights are kept, what they are compressed from.
@@ -75,9 +74,7 @@ pub(super) fn apply(
                     let share = f32x4::splat(clipped * whiteness(before));
                     light += ((before * most).max(light) - light) * share;
                 }
-                if pixel[..3].iter().any(|level| *level > USABLE[1]) {
-                    light = not_tinted(light, pixel);
-                }
+                light = untinted(light, pixel);
                 let light = light + f32x4::splat(0.5);
                 let steps = light.fast_trunc_int().min(i32x4::splat(STEPS as i32 - 1)).to_array();
                 pixel.iter_mut().zip(&steps[..3]).for_each(|(own, &step)| *own = levels[step as usize]);
@@ -85,19 +82,6 @@ pub(super) fn apply(
         }
     }
     Ok(())
-}
-
-/// Where some channels of a pixel are clipped, in light that is multiplied these are no darker than the others: a white wall does not turn cyan as its
-/// red is darkened, which was brighter than it could be.
-#[inline]
-fn not_tinted(light: f32x4, pixel: &[u8; 4]) -> f32x4 {
-    let mut channels = light.to_array();
-    let [r, g, b, _] = channels;
-    for ((own, least), level) in channels.iter_mut().zip([g.min(b), r.min(b), r.min(g)]).zip(pixel) {
-        let clipped = f32::from(level.saturating_sub(USABLE[1])) / f32::from(255 - USABLE[1]);
-        *own += (least.max(*own) - *own) * clipped;
-    }
-    f32x4::new(channels)
 }
 
 /// How far a coordinate is from a range.

@@ -41,3 +41,19 @@ pub(super) fn whiteness(light: f32x4) -> f32 {
     let above = ((luma - FROM) / (TO - FROM)).clamp(0.0, 1.0);
     above * above
 }
+
+/// What has become of a pixel's light, with the channels that were clipped in it no darker than both others: darkening red, of which there was more than
+/// the pixel says, would turn a white wall cyan.
+#[inline]
+pub(super) fn untinted(light: f32x4, pixel: &[u8; 4]) -> f32x4 {
+    if pixel[..3].iter().all(|level| *level <= USABLE[1]) {
+        return light;
+    }
+    let mut channels = light.to_array();
+    let [r, g, b, _] = channels;
+    for ((own, least), level) in channels.iter_mut().zip([g.min(b), r.min(b), r.min(g)]).zip(pixel) {
+        let clipped = f32::from(level.saturating_sub(USABLE[1])) / f32::from(255 - USABLE[1]);
+        *own += (least.max(*own) - *own) * clipped;
+    }
+    f32x4::new(channels)
+}
