@@ -1,13 +1,10 @@
 //! Our side of `compare_blend.py`: warps the cases' targets and composes the mosaics.
 //!
-//!     cargo run --release --example blend-case -- OUT_DIR RUNS CASE_DIR...
+//!     cargo run --release -p benches --bin blend-case -- OUT_DIR RUNS CASE_DIR...
 //!
 //! Writes, for every case, `OUT_DIR/NAME_*.png`: the warped target (alpha is validity) and the reference, which both sides
 //! compose, and of ours the mosaic and the mask of which photo shows. Prints a line of JSON
 //! per case: its name, the reference's offset on the canvas, the gains, and the least of RUNS times.
-
-#[path = "../tests/cases/mod.rs"]
-mod cases;
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,6 +1,6 @@
 """Compares our composition with OpenCV's on the same warped pictures and masks.
 
-    cargo run --release --example blend-case -- OUT RUNS CASE... > OUT/ours.jsonl
+    cargo run --release -p benches --bin blend-case -- OUT RUNS CASE... > OUT/ours.jsonl
     python3 benches/compare_blend.py OUT OUT/ours.jsonl
 
 Needs numpy and opencv-python-headless. OpenCV's chain is that of its Stitcher: block gains, graph cut (colour and gradient) on the

@@ -1,6 +1,6 @@
 """Compares our features with OpenCV's SIFT on every case of a folder.
 
-    cargo build --release --example native-features
+    cargo build --release -p benches --bin native-features
     python benches/compare_sift.py DATA_DIR [--ratio R] [--cases NAME …] [OPTION=VALUE …]
 
 Needs numpy and opencv-python-headless (pip); not part of CI. Both sides: the ratio test from the target's side, mutual
@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-RUNNER = os.path.join(ROOT, "target", "release", "examples", "native-features")
+RUNNER = os.path.join(ROOT, "target", "release", "native-features")
 # With fewer right matches of OpenCV's a share says nothing.
 LEAST = 5
 PLAIN = ["adaptive=false", "root=false", "max_keypoints=1000000", "max_size=0"]

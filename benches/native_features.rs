@@ -1,6 +1,6 @@
 //! Keypoints and matches of two photos as one line of JSON: our side of `benches/compare_sift.py`.
 //!
-//!     cargo run --release --example native-features -- TARGET REFERENCE [OPTION=VALUE …]
+//!     cargo run --release -p benches --bin native-features -- TARGET REFERENCE [OPTION=VALUE …]
 //!
 //! OPTION is a field of `DetectOptions` or `MatchOptions`.
 

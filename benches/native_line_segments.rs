@@ -1,6 +1,6 @@
 //! Line segments of a photo as one line of JSON, and the time taken: our side of a comparison with other detectors.
 //!
-//!     cargo run --release --example native-line-segments -- PHOTO
+//!     cargo run --release -p benches --bin native-line-segments -- PHOTO
 
 use depthstitch::Image;
 use depthstitch::features::{LineSegmentOptions, line_segments};

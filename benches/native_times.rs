@@ -1,12 +1,9 @@
 //! Median times of every stage on a case folder, as one line of JSON: the native side of `npm run bench`.
 //!
-//!     cargo run --release --example native-times -- CASE_DIR paper|depth|photos [RUNS]
+//!     cargo run --release -p benches --bin native-times -- CASE_DIR paper|depth|photos [RUNS]
 //!
 //! `paper` is the published method with the case's matches and depth maps, `depth` our own way with its depth maps,
 //! `photos` that with the photos alone.
-
-#[path = "../tests/cases/mod.rs"]
-mod cases;
 
 use std::collections::BTreeMap;
 use std::path::Path;

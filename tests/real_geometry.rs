@@ -2,8 +2,6 @@
 #![cfg(not(target_arch = "wasm32"))]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod cases;
-
 use cases::Case;
 use depthstitch::View;
 use depthstitch::geometry::{

@@ -3,8 +3,6 @@
 #![cfg(not(target_arch = "wasm32"))]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod cases;
-
 use cases::Case;
 use depthstitch::geometry::{Match, ModelKind, RobustFit};
 use depthstitch::metrics::{Quality, appearance};

@@ -9,12 +9,14 @@ import type { Times, Method } from "./stages.js";
 
 /** The crate's root, from dist/bench. */
 const ROOT = fileURLToPath(new URL("../../", import.meta.url));
+const RENDER = ["--example", "render-sample"];
+const TIMES = ["--package", "benches", "--bin", "native-times"];
 
 /** A case folder with the sample scene at this size, rendered unless it is there from an earlier run. */
 export async function renderSample(width: number, height: number): Promise<string> {
   const folder = join(ROOT, "target", "bench-sample", `${width}x${height}`);
   if (!existsSync(join(folder, CASE_FILE))) {
-    await example("render-sample", [folder, String(width), String(height)]);
+    await run(RENDER, [folder, String(width), String(height)]);
   }
   return folder;
 }
@@ -23,20 +25,21 @@ export async function renderSample(width: number, height: number): Promise<strin
 export async function renderMany(width: number, height: number, count: number): Promise<string> {
   const folder = join(ROOT, "target", "bench-sample", `${count}x${width}x${height}`);
   if (!existsSync(join(folder, CASE_FILE))) {
-    await example("render-sample", [folder, ...[width, height, count].map(String)]);
+    await run(RENDER, [folder, ...[width, height, count].map(String)]);
   }
   return folder;
 }
 
 /** The same stages in native code. */
 export async function nativeTimes(folder: string, method: Method, runs: number): Promise<Times> {
-  const times: unknown = JSON.parse(await example("native-times", [folder, method, String(runs)]));
+  const times: unknown = JSON.parse(await run(TIMES, [folder, method, String(runs)]));
   if (!isTimes(times)) throw new Error("native-times did not print times by stage");
   return times;
 }
 
-async function example(name: string, args: readonly string[]): Promise<string> {
-  const cargo = ["run", "--quiet", "--release", "--example", name, "--", ...args];
+/** Runs one of the crate's programs and gives what it prints. */
+async function run(program: readonly string[], args: readonly string[]): Promise<string> {
+  const cargo = ["run", "--quiet", "--release", ...program, "--", ...args];
   const { stdout } = await promisify(execFile)("cargo", cargo, { cwd: ROOT });
   return stdout;
 }

@@ -6,11 +6,18 @@ import { bin, cargoEnv, output, root, run } from "./shared.mjs";
 
 const TARGET = ["--target", "wasm32-unknown-unknown"];
 
+/** As what is shipped: without what debuggers read, which is most of a program, and without the checks that the native tests make. */
+const asShipped = {
+  CARGO_PROFILE_DEV_DEBUG: "none",
+  CARGO_PROFILE_DEV_OPT_LEVEL: "2",
+  CARGO_PROFILE_DEV_OVERFLOW_CHECKS: "false",
+  CARGO_PROFILE_DEV_DEBUG_ASSERTIONS: "false",
+};
+
 /** Builds the programs and runs them, one on each core. Throws at the end if any failed. @param {string[]} args */
 export async function wasmTests(args) {
   const build = ["test", ...args, ...TARGET, "--no-run"];
-  // Nothing reads what debuggers do, and most of a program would be that.
-  const env = { ...cargoEnv, CARGO_PROFILE_DEV_DEBUG: "none" };
+  const env = { ...cargoEnv, ...asShipped };
   run("cargo", build, { env });
   const programs = output("cargo", [...build, "--quiet", "--message-format=json"], { env })
     .split("\n")

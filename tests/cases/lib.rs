@@ -1,7 +1,5 @@
 //! Loads a case folder: photos, depth maps, matches and, where there is one, the true map.
 
-#![allow(dead_code)] // each user needs some of this
-
 use std::path::{Path, PathBuf};
 
 use depthstitch::View;
@@ -31,8 +29,8 @@ impl Case {
     }
 }
 
-/// Where the real cases are without `DEPTHSTITCH_DATA`, from the project's folder.
-const DATA: &str = "../shared/data";
+/// Where the real cases are without `DEPTHSTITCH_DATA`, from this crate's folder.
+const DATA: &str = "../../../shared/data";
 
 /// Folder of the real case of this name; `None`, said aloud, where there is none.
 pub fn real_case(name: &str) -> Option<PathBuf> {

@@ -4,7 +4,7 @@
 //! not decoded here, so that the core alone is compared with its wasm.
 #![allow(clippy::expect_used)]
 
-#[path = "../fingerprint/mod.rs"]
+#[path = "mod.rs"]
 mod fingerprint;
 
 use std::path::Path;
