@@ -27,7 +27,7 @@ fn main() {
 }
 
 fn run(folder: &Path, out: &Path, runs: usize) {
-    let case = cases::load(folder);
+    let case = cases::load(folder).photos;
     let (target, reference) = (case.target(), case.reference());
     let frame = |view: &View<'_>| view.image.size();
     let [from, to] = [target, reference].map(|view| Frame { size: frame(&view), depth: view.depth });

@@ -24,7 +24,7 @@ fn main() {
     let mut args = std::env::args().skip(1);
     let [folder, way] = [(); 2].map(|()| args.next().expect("usage: native-times CASE_DIR paper|depth|photos [RUNS]"));
     let runs: usize = args.next().map_or(15, |n| n.parse().expect("RUNS is a number"));
-    let mut case = cases::load(Path::new(&folder));
+    let mut case = cases::load(Path::new(&folder)).photos;
     let options = if way == "paper" { Options::paper() } else { Options::default() };
     if way == "photos" {
         (case.target_depth, case.reference_depth) = (None, None);

@@ -32,7 +32,7 @@ fn all(criterion: &mut Criterion) {
     stages(&mut criterion.benchmark_group("gallery"), &photos.matches, photos.target(), photos.reference());
 
     let Some(folder) = cases::real_case("nis-PTS_17") else { return };
-    let case = cases::load(&folder);
+    let case = cases::load(&folder).photos;
     stages(&mut criterion.benchmark_group("nis-PTS_17"), &case.matches, case.target(), case.reference());
 }
 

@@ -27,14 +27,14 @@ fn frame<'a>(view: &View<'a>) -> Frame<'a> {
     Frame { size: view.image.size(), depth: view.depth }
 }
 
-fn fit(case: &Case, options: &EstimateOptions) -> Estimate {
-    estimate(&case.matches, frame(&case.target()), frame(&case.reference()), options, &mut ()).unwrap()
+fn fit(Case { photos, .. }: &Case, options: &EstimateOptions) -> Estimate {
+    estimate(&photos.matches, frame(&photos.target()), frame(&photos.reference()), options, &mut ()).unwrap()
 }
 
 /// Median error of the map on every fourth pixel with depth, within the reference's frame and outside.
 fn errors(case: &Case, model: &Model) -> [f64; 2] {
-    let (truth, depth) = (case.truth.unwrap(), case.target_depth.as_ref().unwrap());
-    let size = [case.reference.width() as f64, case.reference.height() as f64];
+    let (truth, depth) = (case.truth.unwrap(), case.photos.target_depth.as_ref().unwrap());
+    let size = [case.photos.reference.width() as f64, case.photos.reference.height() as f64];
     let (mut inside, mut outside) = (Vec::new(), Vec::new());
     for y in (0..depth.height()).step_by(4) {
         for x in (0..depth.width()).step_by(4) {
@@ -166,9 +166,9 @@ fn seed_hardly_moves_the_real_pair() {
     let first = fit(&case, &EstimateOptions::default());
     for options in seeds(&EstimateOptions::default()) {
         let found = fit(&case, &options);
-        let moved = case.matches.iter().map(|m| {
+        let moved = case.photos.matches.iter().map(|m| {
             let [x, y] = m.target;
-            let d = case.target_depth.as_ref().unwrap().sample(x, y);
+            let d = case.photos.target_depth.as_ref().unwrap().sample(x, y);
             let ([a, b], [u, v]) = (first.forward.project(x, y, d).unwrap(), found.forward.project(x, y, d).unwrap());
             ((a - u) * (a - u) + (b - v) * (b - v)).sqrt()
         });

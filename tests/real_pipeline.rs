@@ -3,30 +3,30 @@
 #![cfg(not(target_arch = "wasm32"))]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use cases::Case;
 use depthstitch::geometry::{Match, ModelKind, RobustFit};
 use depthstitch::metrics::{Quality, appearance};
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::{Options, Stitched, stitch};
 use depthstitch::warp::{WarpMode, WarpOptions};
 use depthstitch::{Result, Stage, View};
+use scene::Photos;
 
 /// The pair the paper's numbers are for.
 const PAIR: &str = "nis-PTS_17";
 
-fn load(name: &str) -> Option<Case> {
-    Some(cases::load(&cases::real_case(name)?))
+fn load(name: &str) -> Option<Photos> {
+    Some(cases::load(&cases::real_case(name)?).photos)
 }
 
 fn paper() -> Options {
     Options { fill: None, ..Options::paper() }
 }
 
-fn run(case: &Case, options: &Options) -> Result<Stitched> {
+fn run(case: &Photos, options: &Options) -> Result<Stitched> {
     stitch(Some(&case.matches), case.target(), case.reference(), options, &mut ())
 }
 
-fn quality(case: &Case, options: &Options) -> Quality {
+fn quality(case: &Photos, options: &Options) -> Quality {
     run(case, options).unwrap().quality
 }
 

@@ -2,31 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use depthstitch::View;
 use depthstitch::geometry::{Match, Model};
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::{Image, InverseDepth};
 use nalgebra::{Matrix3, Vector3};
+use scene::Photos;
 use serde_json::Value;
 
 /// A case, ready for the stages.
 pub struct Case {
-    pub target: Image,
-    pub reference: Image,
-    pub target_depth: Option<InverseDepth>,
-    pub reference_depth: Option<InverseDepth>,
-    pub matches: Vec<Match>,
+    pub photos: Photos,
+    /// The true map from target to reference.
     pub truth: Option<Model>,
-}
-
-impl Case {
-    pub fn target(&self) -> View<'_> {
-        View { image: self.target.view(), depth: self.target_depth.as_ref() }
-    }
-
-    pub fn reference(&self) -> View<'_> {
-        View { image: self.reference.view(), depth: self.reference_depth.as_ref() }
-    }
 }
 
 /// Where the real cases are without `DEPTHSTITCH_DATA`, from this crate's folder.
@@ -52,14 +39,14 @@ pub fn load(folder: &Path) -> Case {
     let (target, reference) = (photo(&file("target")), photo(&file("reference")));
     let depth =
         |key: &str, image: &Image| json["depth"].is_object().then(|| depth(&file(key), &json["depth"], image.size()));
-    Case {
+    let photos = Photos {
         target_depth: depth("target_depth", &target),
         reference_depth: depth("reference_depth", &reference),
         matches: matches(&file("matches")),
-        truth: json.get("truth").filter(|truth| truth.is_object()).map(truth),
         target,
         reference,
-    }
+    };
+    Case { photos, truth: json.get("truth").filter(|truth| truth.is_object()).map(truth) }
 }
 
 fn photo(path: &Path) -> Image {

@@ -1,4 +1,4 @@
-//! A rendered pair as the stages take it.
+//! A pair as the stages take it: rendered here, or read from files by `cases`.
 
 use depthstitch::geometry::Match;
 use depthstitch::inverse_depth::DepthKind;
