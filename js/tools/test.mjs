@@ -20,11 +20,14 @@ const groups = {
   },
   packaging: { needs: [build, smallSample], tests: [() => nodeTest("packaging")] },
   models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
-  browser: { needs: [build, () => renderSample()], tests: [() => nodeTest("browser")] },
+  browser: {
+    needs: [build, () => renderSample(), smallSample],
+    tests: [() => nodeTest("browser", availableParallelism())],
+  },
 };
 
 /**
- * One file at a time, unless told otherwise: what drives a browser or loads networks needs the machine to itself.
+ * One file at a time, unless told otherwise: those of the package share a folder, and a network takes all cores.
  *
  * @param {string} folder
  */
