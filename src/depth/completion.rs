@@ -153,29 +153,44 @@ impl<'a> KnownDepth<'a> {
         matches: &[DepthSample],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        Self::and_samples(depth, Vec::new(), photo, other, matches, observer)
+        report(observer, Stage::Depth, 0.2)?;
+        let mut samples = Vec::new();
+        push_samples(&depth, other.model, &mut samples)?;
+        let enough = samples.len() + matches.len() >= LEAST_SAMPLES;
+        // Two photos alone, which come with matches, have no better way to tell where a lamp post ends. In sets, where more is known, joined lines
+        // displace more than they mend: 1.4 to 1.6 and 1.5 to 2.0 px in two of exact depth.
+        let found = photo.filter(|_| enough).map(|photo| segments(photo, !matches.is_empty()));
+        report(observer, Stage::Depth, 0.5)?;
+        Self::through(depth, [&samples, matches], photo, found.transpose()?.unwrap_or_default(), other)
     }
 
-    /// As [`KnownDepth::new`], and of `samples` besides, one of which counts as a pixel of the map on the same grid does.
+    /// Of a map that is NaN where it is not known, and of `samples` besides, one of which counts as a pixel of the map on the same grid does;
+    /// with the photo's [`segments`].
     pub fn and_samples(
         depth: InverseDepth,
         mut samples: Vec<DepthSample>,
-        photo: Option<ImageView<'_>>,
+        (photo, segments): (ImageView<'_>, &[LineSegment]),
         other: OtherView<'a>,
-        matches: &[DepthSample],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
         push_samples(&depth, other.model, &mut samples)?;
-        let (mut lines, mut equations) = (Vec::new(), None);
-        if samples.len() + matches.len() >= LEAST_SAMPLES {
-            // Two photos alone, which come with matches, have no better way to tell where a lamp post ends. In sets, where more is known, joined lines
-            // displace more than they mend: 1.4 to 1.6 and 1.5 to 2.0 px in two of exact depth.
-            lines = photo.map_or(Ok(Vec::new()), |photo| segments(photo, !matches.is_empty()))?;
-            report(observer, Stage::Depth, 0.5)?;
-            equations = Equations::new(&samples, matches, depth.size(), photo, &lines, &other)?;
-        }
-        Ok(Self { depth, segments: lines, equations, other })
+        Self::through(depth, [&samples, &[]], Some(photo), segments.to_vec(), other)
+    }
+
+    fn through(
+        depth: InverseDepth,
+        [samples, matches]: [&[DepthSample]; 2],
+        photo: Option<ImageView<'_>>,
+        segments: Vec<LineSegment>,
+        other: OtherView<'a>,
+    ) -> Result<Self> {
+        let equations = if samples.len() + matches.len() < LEAST_SAMPLES {
+            None
+        } else {
+            Equations::new(samples, matches, depth.size(), photo, &segments, &other)?
+        };
+        Ok(Self { depth, segments, equations, other })
     }
 
     /// The straight lines of the photo that take part.

@@ -43,32 +43,35 @@ fn fill_nearest(depth: &InverseDepth) -> Result<InverseDepth> {
     for (at, (source, value)) in source.iter_mut().zip(depth.data()).enumerate() {
         *source = if value.is_nan() { UNKNOWN } else { at as u32 };
     }
-    let distance2 = |source: u32, at: usize| {
-        let (x, y) = ((source as usize % w) as i64, (source as usize / w) as i64);
-        let (dx, dy) = (x - (at % w) as i64, y - (at / w) as i64);
+    let distance2 = |source: u32, (x, y): (usize, usize)| {
+        let (dx, dy) = ((source as usize % w).abs_diff(x) as u64, (source as usize / w).abs_diff(y) as u64);
         dx * dx + dy * dy
     };
-    let mut relax = |at: usize, neighbour: usize| {
-        let candidate = source[neighbour];
-        if candidate != UNKNOWN && (source[at] == UNKNOWN || distance2(candidate, at) < distance2(source[at], at)) {
+    let mut relax = |(x, y): (usize, usize), neighbour: usize| {
+        let at = y * w + x;
+        let (own, candidate) = (source[at], source[neighbour]);
+        // Most pixels are known, or have the source of their neighbour already.
+        if own == at as u32 || candidate == own || candidate == UNKNOWN {
+            return;
+        }
+        if own == UNKNOWN || distance2(candidate, (x, y)) < distance2(own, (x, y)) {
             source[at] = candidate;
         }
     };
     let downwards = (0..h).map(|y| (y, y.checked_sub(1)));
     let upwards = (0..h).rev().map(|y| (y, Some(y + 1).filter(|&below| below < h)));
     for (y, before) in downwards.chain(upwards) {
-        let row = y * w;
         if let Some(before) = before {
             for x in 0..w {
                 // At the border one of them is taken twice, which changes nothing.
                 for other in [x, x.saturating_sub(1), (x + 1).min(w - 1)] {
-                    relax(row + x, before * w + other);
+                    relax((x, y), before * w + other);
                 }
             }
         }
         let leftwards = (1..w).rev().map(|x| (x - 1, x));
         for (x, other) in (1..w).map(|x| (x, x - 1)).chain(leftwards) {
-            relax(row + x, row + other);
+            relax((x, y), y * w + other);
         }
     }
     let values = depth.data();

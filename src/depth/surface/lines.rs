@@ -38,7 +38,7 @@ pub(super) struct Line {
 }
 
 /// The straight lines of a photo that are long enough to take part: each from end to end with `join`, or its longest parts.
-pub(in crate::depth) fn segments(photo: ImageView<'_>, join: bool) -> Result<Vec<LineSegment>> {
+pub(crate) fn segments(photo: ImageView<'_>, join: bool) -> Result<Vec<LineSegment>> {
     let diagonal = diagonal(photo.size());
     let min_length = if join { PART } else { SHORTEST } * diagonal;
     let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;

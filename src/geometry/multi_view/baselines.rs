@@ -14,7 +14,7 @@ pub(super) fn two_view_pairs(scene: &Scene) -> Vec<[usize; 2]> {
     // Landmarks that no third camera sees, and those that one does.
     let mut shared = vec![[0; 2]; count * count];
     for landmark in &scene.landmarks {
-        let photos = || std::iter::once(&landmark.anchor).chain(&landmark.seen).map(|o| o.photo);
+        let photos = || std::iter::once(&landmark.anchor).chain(landmark.seen.iter()).map(|o| o.photo);
         for (i, from) in photos().enumerate() {
             for to in photos().skip(i + 1) {
                 shared[from * count + to][usize::from(landmark.seen.len() > 1)] += 1;

@@ -19,7 +19,7 @@ const FEWEST: usize = 8;
 const LOOSE: f64 = 12.0;
 /// Iterations of bundle adjustment as photos are added, and at the end.
 const SOME: usize = 8;
-pub(super) const MANY: usize = 60;
+const MANY: usize = 60;
 /// All cameras are adjusted when there are so many times more of them than last time: for few photos after each, for many so rarely that
 /// the work of it all is in proportion to their number.
 const GROWTH: f64 = 1.14;
@@ -91,27 +91,42 @@ pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, free: FreePa
     scene
 }
 
-/// Bundle adjustment, each time of the landmarks that are inliers at a smaller tolerance: at last of all of them.
+/// Bundle adjustment of a scene that is coarse.
 pub(super) fn finish(scene: &mut Scene, tracks: &[Track], root: usize, free: FreeParameters, prior: [f64; 2]) {
     // Rotations alone are a coarse initial estimate.
     let first = if free.positions { LOOSE } else { 10.0 * LOOSE };
+    adjust_to_inliers(scene, tracks, &[first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE], root, free, prior);
+}
+
+/// Bundle adjustment, one time after another of enough of the landmarks that are inliers at one of these `tolerances`, and at last of all at the
+/// last one.
+pub(super) fn adjust_to_inliers(
+    scene: &mut Scene,
+    tracks: &[Track],
+    tolerances: &[f64],
+    root: usize,
+    free: FreeParameters,
+    prior: [f64; 2],
+) {
     let few = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
-    let steps = [first, 0.3 * first, 2.0 * TOLERANCE, TOLERANCE, TOLERANCE];
-    for (tolerance, tracks) in steps.into_iter().zip([&few[..], &few, &few, &few, tracks]) {
+    let triangulate = |scene: &mut Scene, tracks: &[Track], tolerance: f64| {
         scene.triangulate(tracks, tolerance);
         if free.positions {
             scene.normalise();
         }
+    };
+    let last = tolerances.last().copied().unwrap_or(TOLERANCE);
+    // Even where these are all: the noise is that of the step before.
+    let steps = tolerances.iter().map(|tolerance| (*tolerance, &few[..])).chain([(last, tracks)]);
+    for (tolerance, tracks) in steps {
+        triangulate(scene, tracks, tolerance);
         adjust(scene, root, free, prior, MANY);
         scene.estimate_noise();
     }
-    scene.triangulate(tracks, TOLERANCE);
-    if free.positions {
-        scene.normalise();
-    }
+    triangulate(scene, tracks, last);
 }
 
-/// The same of cameras that only turned: of enough landmarks for their few unknowns.
+/// The same as [`finish`] of cameras that only turned: of enough landmarks for their few unknowns.
 pub(super) fn finish_rotations(scene: &mut Scene, tracks: &[Track], root: usize, prior: [f64; 2]) {
     let enough = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
     finish(scene, &enough, root, FreeParameters::ROTATIONS, prior);

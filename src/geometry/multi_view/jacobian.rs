@@ -1,11 +1,26 @@
-//! The unknowns of bundle adjustment, and the derivatives of reprojection errors by them.
+//! The unknowns of bundle adjustment, and what the slopes of a pair of cameras are by them.
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, SVector, Vector3};
 
 use super::bundle::FreeParameters;
-use super::scene::{Camera, Landmark, Scene};
-use super::tracks::Observation;
+use super::scene::Scene;
 use crate::geometry::epipolar::Motion;
+
+/// Number of slopes of a pair's errors: by turn and shift of the second camera, by the focal length of the first photo and of the second, by
+/// the distortion.
+pub(super) const SLOPES: usize = 9;
+/// Where the focal lengths' begin.
+const FOCAL: usize = 6;
+/// Most unknowns that a pair depends on: focal length, distortion, and of each photo its pose and its share of the focal length.
+const MOST: usize = 2 + 2 * 7;
+
+/// Slopes of the errors of a pair, from the camera of landmarks' anchors to one that sees them: where a landmark appears depends on the motion
+/// between the two.
+pub(super) type Slopes = SVector<f64, SLOPES>;
+
+pub(super) fn slopes(turn: Vector3<f64>, shift: Vector3<f64>, [first, second, distortion]: [f64; 3]) -> Slopes {
+    Slopes::from([turn.x, turn.y, turn.z, shift.x, shift.y, shift.z, first, second, distortion])
+}
 
 /// Which unknown is where: first the focal length, then the distortion, then each photo's pose and its share of the focal length.
 pub(super) struct Unknowns {
@@ -14,7 +29,6 @@ pub(super) struct Unknowns {
     pub offsets: Vec<Option<usize>>,
     /// Each photo's share of the focal length; `None` where it stays.
     pub shares: Vec<Option<usize>>,
-    pub per_photo: usize,
     pub count: usize,
 }
 
@@ -31,96 +45,86 @@ impl Unknowns {
             offsets.push(next(camera.is_some() && photo != root, per_photo));
             shares.push(next(camera.is_some() && scene.estimates[photo].is_some(), 1));
         }
-        Self { free, offsets, shares, per_photo, count }
+        Self { free, offsets, shares, count }
     }
 }
 
-/// R and t from each camera to each other.
-pub(super) struct Motions {
-    cameras: usize,
-    motions: Vec<Option<Motion>>,
-}
-
-impl Motions {
-    pub fn of(scene: &Scene) -> Self {
-        let cameras = &scene.cameras;
-        let from = |from: &Option<Camera>| cameras.iter().map(|to| Some((*from)?.motion_to(to.as_ref()?))).collect();
-        Self { cameras: cameras.len(), motions: cameras.iter().flat_map(|camera| -> Vec<_> { from(camera) }).collect() }
-    }
-
-    pub fn between(&self, [from, to]: [usize; 2]) -> Option<&Motion> {
-        self.motions[from * self.cameras + to].as_ref()
-    }
-}
-
-/// The derivatives of one observation's error.
+/// Slopes by unknowns, in the order of these.
 pub(super) struct Row {
-    pub error: [f64; 2],
-    /// Unknown, and the slopes of both coordinates, in the order of the unknowns, as the anchor is the first photo of a track.
-    pub slopes: [(usize, [f64; 2]); 16],
-    pub count: usize,
-    /// How many of them are of unknowns that belong to all observations of the landmark.
-    pub shared: usize,
-    pub depth: [f64; 2],
+    entries: [(usize, f64); MOST],
+    count: usize,
+    /// How many of them all who see a landmark have in common: those of the lens and the anchor's photo.
+    shared: usize,
 }
 
 impl Row {
-    pub fn new(error: [f64; 2], depth: [f64; 2]) -> Self {
-        Self { error, slopes: [(0, [0.0; 2]); 16], count: 0, shared: 0, depth }
+    /// Of no unknown.
+    pub fn empty() -> Self {
+        Self { entries: [(0, 0.0); MOST], count: 0, shared: 0 }
     }
 
-    pub fn of(
-        scene: &Scene,
-        unknowns: &Unknowns,
-        motions: &Motions,
-        landmark: &Landmark,
-        o: &Observation,
-    ) -> Option<Self> {
-        let photos = [landmark.anchor.photo, o.photo];
-        let (rotation, t) = motions.between(photos)?;
-        let [from, to] = photos.map(|photo| scene.cameras[photo].as_ref());
-        let w = landmark.depth;
-        let ray = scene.ray(&landmark.anchor);
-        let seen = scene.error(rotation * ray + t * w, o)?;
-        let p = seen.point;
-        let scale = scene.diagonals[o.photo] * scene.focal(o.photo) / p[2];
-        // Of both coordinates: the slopes by the point in the axes of this camera, and of the anchor's.
-        let slopes = [Vector3::new(scale, 0.0, -scale * p[0] / p[2]), Vector3::new(0.0, scale, -scale * p[1] / p[2])];
-        let of_anchor = slopes.map(|slope| rotation.tr_mul(&slope));
-        let depth = slopes.map(|slope| slope.dot(t));
-        let mut row = Self::new(seen.error, depth);
-        // A longer lens enlarges this photo, and straightens the rays of the other.
-        let bent = of_anchor.map(|slope| -(slope[0] * ray[0] + slope[1] * ray[1]));
-        let enlarged = [scale * p[0], scale * p[1]];
-        row.put(0, [0, 1].map(|k| bent[k] + enlarged[k]));
-        if unknowns.free.distortion {
-            let [of_ray, of_place] = [&landmark.anchor, o].map(|o| scene.distortion.slope(o.place));
-            let (f, unit) = (scene.focal(photos[0]), scene.diagonals[o.photo]);
-            let moved = of_anchor.map(|slope| (slope[0] * of_ray[0] + slope[1] * of_ray[1]) / f);
-            row.put(1, [moved[0] - unit * of_place[0], moved[1] - unit * of_place[1]]);
+    /// Unknown and slope.
+    pub fn entries(&self) -> &[(usize, f64)] {
+        &self.entries[..self.count]
+    }
+
+    /// Adds it to the sum of other rows of one landmark.
+    pub fn add_to(&self, sum: &mut Vec<(usize, f64)>) {
+        let (shared, own) = self.entries().split_at(self.shared);
+        if sum.is_empty() {
+            sum.extend(shared);
+        } else {
+            sum.iter_mut().zip(shared).for_each(|((_, sum), (_, slope))| *sum += slope);
         }
-        let [anchor, own] = photos.map(|photo| unknowns.shares[photo]);
-        // ω × v = −[v]× ω; R_to Rᵀ_from exp(−ω) c moves by R [c]× ω.
-        let c = ray - from?.translation * w;
-        row.put_pose(unknowns, photos[0], of_anchor.map(|slope| slope.cross(&c)), of_anchor.map(|slope| slope * -w));
-        anchor.into_iter().for_each(|at| row.put(at, bent));
-        row.shared = row.count;
-        let v = p - to?.translation * w;
-        row.put_pose(unknowns, photos[1], slopes.map(|slope| v.cross(&slope)), slopes.map(|slope| slope * w));
-        own.into_iter().for_each(|at| row.put(at, enlarged));
-        Some(row)
+        sum.extend(own);
     }
 
-    pub fn put_pose(&mut self, unknowns: &Unknowns, photo: usize, turn: [Vector3<f64>; 2], shift: [Vector3<f64>; 2]) {
-        let Some(at) = unknowns.offsets[photo] else { return };
-        (0..3).for_each(|k| self.put(at + k, turn.map(|slopes| slopes[k])));
-        if unknowns.free.positions {
-            (0..3).for_each(|k| self.put(at + 3 + k, shift.map(|slopes| slopes[k])));
+    fn put(&mut self, at: usize, slopes: &[f64]) {
+        for (i, slope) in slopes.iter().enumerate() {
+            self.entries[self.count] = (at + i, *slope);
+            self.count += 1;
         }
     }
+}
 
-    fn put(&mut self, at: usize, slopes: [f64; 2]) {
-        self.slopes[self.count] = (at, slopes);
-        self.count += 1;
+impl Unknowns {
+    /// The slopes of a pair by the unknowns of both photos, of which the anchor's is the first. The second camera turns and shifts relative to the first one: what
+    /// the first one does is the opposite, in its own axes.
+    pub fn row(&self, pair: [usize; 2], (rotation, _): &Motion, slopes: &Slopes) -> Row {
+        let mut row = Row::empty();
+        let [first, second, distortion] = [0, 1, 2].map(|i| slopes[FOCAL + i]);
+        row.put(0, &[first + second]);
+        if self.free.distortion {
+            row.put(1, &[distortion]);
+        }
+        let motion = [0, 3].map(|at| slopes.fixed_rows::<3>(at).into_owned());
+        let opposite = motion.map(|slopes| -rotation.tr_mul(&slopes));
+        let [anchor, own] = pair;
+        for (photo, [turn, shift], focal) in [(anchor, opposite, first), (own, motion, second)] {
+            if let Some(at) = self.offsets[photo] {
+                row.put(at, turn.as_slice());
+                if self.free.positions {
+                    row.put(at + 3, shift.as_slice());
+                }
+            }
+            if let Some(at) = self.shares[photo] {
+                row.put(at, &[focal]);
+            }
+            row.shared = if photo == anchor { row.count } else { row.shared };
+        }
+        row
+    }
+
+    /// The transpose of [`Unknowns::row`].
+    pub fn change(&self, [anchor, own]: [usize; 2], (rotation, _): &Motion, step: &DVector<f64>) -> Slopes {
+        let three = |at: Option<usize>| at.map_or(Vector3::zeros(), |at| step.fixed_rows::<3>(at).into_owned());
+        let [first, second] = [anchor, own].map(|photo| {
+            let turn = self.offsets[photo];
+            [turn, turn.filter(|_| self.free.positions).map(|at| at + 3)].map(three)
+        });
+        let [turn, shift] = [0, 1].map(|i| second[i] - rotation * first[i]);
+        let focal = |photo: usize| step[0] + self.shares[photo].map_or(0.0, |at| step[at]);
+        let distortion = if self.free.distortion { step[1] } else { 0.0 };
+        slopes(turn, shift, [focal(anchor), focal(own), distortion])
     }
 }

@@ -1,10 +1,10 @@
 //! The radial distortion of the lens, where the matches show one.
 
-use super::bundle::{FreeParameters, adjust};
-use super::growth::{LANDMARKS, MANY};
+use super::bundle::FreeParameters;
+use super::growth::adjust_to_inliers;
 use super::resection::TOLERANCE;
 use super::scene::{MOST_NOISE, Scene};
-use super::tracks::{Track, count_observations, select_tracks};
+use super::tracks::{Track, count_observations};
 use crate::geometry::Distortion;
 
 /// Lenses distort if that brings the root mean square error down to this share of what it is otherwise: on real sets whose lenses do it is .82
@@ -22,18 +22,9 @@ pub(super) fn with_distortion(
     free: FreeParameters,
     prior: [f64; 2],
 ) -> Scene {
-    let few = select_tracks(tracks, scene.cameras.len(), LANDMARKS);
     let adjusted = |scene: &Scene, free: FreeParameters| {
         let mut scene = scene.clone();
-        for (tolerance, tracks) in [(3.0 * TOLERANCE, &few[..]), (TOLERANCE, &few), (TOLERANCE, tracks)] {
-            scene.triangulate(tracks, tolerance);
-            if free.positions {
-                scene.normalise();
-            }
-            adjust(&mut scene, root, free, prior, MANY);
-            scene.estimate_noise();
-        }
-        scene.triangulate(tracks, TOLERANCE);
+        adjust_to_inliers(&mut scene, tracks, &[3.0 * TOLERANCE, TOLERANCE], root, free, prior);
         scene
     };
     let expected = free.distortion;

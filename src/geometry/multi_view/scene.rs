@@ -1,5 +1,7 @@
 //! Cameras and points: the unknowns of bundle adjustment.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::Lens;
@@ -43,8 +45,8 @@ pub(super) struct Landmark {
     pub anchor: Observation,
     /// 1/z there.
     pub depth: f64,
-    /// As other photos see it.
-    pub seen: Vec<Observation>,
+    /// As other photos see it: shared, as scenes are copied in every step of bundle adjustment.
+    pub seen: Arc<[Observation]>,
 }
 
 /// What is solved for.
@@ -144,19 +146,17 @@ impl Scene {
     fn landmark(&self, track: &Track, tolerance: f64) -> Option<Landmark> {
         let placed: Vec<Observation> = track.iter().filter(|o| self.cameras[o.photo].is_some()).copied().collect();
         let (anchor, seen) = placed.split_first()?;
-        let mut found = Landmark { anchor: *anchor, depth: 0.0, seen: seen.to_vec() };
-        found.depth = self.depth(&found)?;
-        let seen = std::mem::take(&mut found.seen);
-        found.seen = seen.into_iter().filter(|o| self.distance(&found, o) < tolerance).collect();
-        (!found.seen.is_empty()).then_some(found)
+        let found = Landmark { anchor: *anchor, depth: self.depth(anchor, seen)?, seen: Arc::default() };
+        let seen: Arc<_> = seen.iter().filter(|o| self.distance(&found, o) < tolerance).copied().collect();
+        (!seen.is_empty()).then_some(Landmark { seen, ..found })
     }
 
     /// The inverse depth of a landmark that suits all who see it, by linear least squares.
-    fn depth(&self, landmark: &Landmark) -> Option<f64> {
-        let ray = self.ray(&landmark.anchor);
-        let from = self.cameras[landmark.anchor.photo].as_ref()?;
+    fn depth(&self, anchor: &Observation, seen: &[Observation]) -> Option<f64> {
+        let ray = self.ray(anchor);
+        let from = self.cameras[anchor.photo].as_ref()?;
         let (mut square, mut product) = (0.0, 0.0);
-        for o in &landmark.seen {
+        for o in seen {
             let (rotation, t) = from.motion_to(self.cameras[o.photo].as_ref()?);
             let (far, seen) = (rotation * ray, self.ray(o));
             for k in 0..2 {
@@ -188,7 +188,7 @@ impl Scene {
     /// farther than infinitely far: cameras that moved the other way would see the same behind them.
     pub fn explained(&self) -> usize {
         let close = |landmark: &Landmark| {
-            let possible = Landmark { anchor: landmark.anchor, depth: landmark.depth.max(0.0), seen: Vec::new() };
+            let possible = Landmark { anchor: landmark.anchor, depth: landmark.depth.max(0.0), seen: Arc::default() };
             let is_close = |o: &&Observation| self.distance(&possible, o) < EXPLAINED * self.diagonals[o.photo];
             landmark.seen.iter().filter(is_close).count()
         };

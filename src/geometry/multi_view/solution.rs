@@ -154,7 +154,7 @@ impl MultiView {
         for landmark in &scene.landmarks {
             let anchor = landmark.anchor;
             let mut tracks = [vec![anchor], vec![anchor]];
-            for o in &landmark.seen {
+            for o in landmark.seen.iter() {
                 let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
                 let observed =
                     ObservedPair { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };

@@ -5,7 +5,10 @@ use super::carried::carried;
 use super::given::given_depth;
 use super::planes::plane_depth_of;
 use super::views::Views;
-use crate::depth::{Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior};
+use crate::depth::{
+    Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior, segments,
+};
+use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model, MultiView, MultiViewKind, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
 use crate::metrics::bending;
@@ -50,6 +53,16 @@ pub(super) struct PhotoDepth {
     pub given: bool,
 }
 
+/// What was found of a photo.
+struct Found<'a> {
+    /// Inverse depth, NaN where it is not known.
+    map: Option<&'a InverseDepth>,
+    /// Carried over from other photos.
+    carried: Places,
+    /// Straight lines of the photo.
+    lines: &'a [LineSegment],
+}
+
 /// A neighbour that is worth a comparison.
 struct Neighbour {
     photos: [usize; 2],
@@ -75,6 +88,7 @@ pub(super) fn depths(
     };
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
     let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
+    let mut lines: Vec<Option<Vec<LineSegment>>> = vec![None; photos.len()];
     let share = PRIORS / used.len() as f32;
     for (i, &photo) in used.iter().enumerate() {
         observer.subject(Subject::Photo(photo));
@@ -121,8 +135,12 @@ pub(super) fn depths(
                     Some(views) => beyond(photo, other, photos, views, &known, geometry)?,
                     None => (None, Vec::new()),
                 };
-                let found = (found.0.as_ref().or(known[photo].as_ref()), found.1);
-                complete(own, found, photo, others, photos, geometry, &mut portion)?;
+                let (map, carried) = (found.0.as_ref().or(known[photo].as_ref()), found.1);
+                if lines[photo].is_none() {
+                    lines[photo] = Some(segments(photos[photo], false)?);
+                }
+                let lines = lines[photo].as_deref().unwrap_or_default();
+                complete(own, Found { map, carried, lines }, photo, others, photos, geometry, &mut portion)?;
             }
             done += 1.0;
         }
@@ -166,11 +184,11 @@ fn beyond(
     Ok((own.transpose()?, samples))
 }
 
-/// Replaces a photo's map by a surface through what is `known` and what is `carried` over, or through the map itself. `others` are its
+/// Replaces a photo's map by a surface through what was found, or through the map itself. `others` are its
 /// best neighbour and the reference.
 fn complete(
     own: &mut PhotoDepth,
-    (known, carried): (Option<&InverseDepth>, Places),
+    Found { map, carried, lines }: Found<'_>,
     photo: usize,
     others: [usize; 2],
     photos: &[ImageView<'_>],
@@ -179,10 +197,10 @@ fn complete(
 ) -> Result<()> {
     let [Some(model), Some(view)] = others.map(|other| geometry.model([photo, other])) else { return Ok(()) };
     let [size, reference] = others.map(|photo| photos[photo].size());
-    let known = known.unwrap_or(&own.map).map_indexed(|_, d| d)?;
+    let map = map.unwrap_or(&own.map).map_indexed(|_, d| d)?;
     let carried = carried.into_iter().map(|(point, depth)| DepthSample::new(&model, point, depth)).collect();
-    let other = OtherView::new(&model, size);
-    let mut known = KnownDepth::and_samples(known, carried, Some(photos[photo]), other, &[], observer)?;
+    let image = photos[photo];
+    let mut known = KnownDepth::and_samples(map, carried, (image, lines), OtherView::new(&model, size), observer)?;
     if let Some(surface) = surface(&mut known, &view, reference)? {
         own.map = surface;
     }
