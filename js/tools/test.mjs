@@ -22,12 +22,12 @@ const groups = {
   models: { needs: [build, () => renderSample()], tests: [() => nodeTest("models")] },
   browser: {
     needs: [build, () => renderSample(), smallSample],
-    tests: [() => nodeTest("browser", availableParallelism())],
+    tests: [() => nodeTest("browser", availableParallelism()), () => nodeTest("browser/alone")],
   },
 };
 
 /**
- * One file at a time, unless told otherwise: those of the package share a folder, and a network takes all cores.
+ * One file at a time, unless told otherwise: those of the package share a folder, a network takes all cores, and what takes time is timed alone.
  *
  * @param {string} folder
  */
