@@ -27,7 +27,8 @@ const groups = {
 };
 
 /**
- * One file at a time, unless told otherwise: those of the package share a folder, a network takes all cores, and what takes time is timed alone.
+ * One file at a time, unless told otherwise: those of the package share a folder, a network takes all cores, and
+ * the page's tasks take longer beside others.
  *
  * @param {string} folder
  */
