@@ -18,6 +18,7 @@ const MOST: usize = 2 + 2 * 7;
 /// between the two.
 pub(super) type Slopes = SVector<f64, SLOPES>;
 
+/// In their order.
 pub(super) fn slopes(turn: Vector3<f64>, shift: Vector3<f64>, [first, second, distortion]: [f64; 3]) -> Slopes {
     Slopes::from([turn.x, turn.y, turn.z, shift.x, shift.y, shift.z, first, second, distortion])
 }

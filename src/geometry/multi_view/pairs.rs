@@ -30,16 +30,21 @@ impl Motions {
         from * self.cameras + to
     }
 
+    /// The pair that has an index.
+    fn photos(&self, index: usize) -> [usize; 2] {
+        [index / self.cameras, index % self.cameras]
+    }
+
     /// Every pair with a motion, by its index.
     fn pairs(&self) -> impl Iterator<Item = (usize, [usize; 2], &Motion)> {
-        let pair = |(i, motion): (usize, _)| Some((i, [i / self.cameras, i % self.cameras], Option::as_ref(motion)?));
+        let pair = |(i, motion): (usize, _)| Some((i, self.photos(i), Option::as_ref(motion)?));
         self.motions.iter().enumerate().filter_map(pair)
     }
 
     /// Slopes by the unknowns of those of a pair, by its index; none without a motion.
     pub fn row(&self, unknowns: &Unknowns, pair: usize, slopes: &Slopes) -> Row {
-        let photos = [pair / self.cameras, pair % self.cameras];
-        self.motions[pair].as_ref().map_or_else(Row::empty, |motion| unknowns.row(photos, motion, slopes))
+        let row = |motion: &Motion| unknowns.row(self.photos(pair), motion, slopes);
+        self.motions[pair].as_ref().map_or_else(Row::empty, row)
     }
 
     /// By each pair's slopes, how much its errors change with the unknowns; 0 where there is no motion.

@@ -137,6 +137,7 @@ pub(super) fn depths(
                 };
                 let (map, carried) = (found.0.as_ref().or(known[photo].as_ref()), found.1);
                 if lines[photo].is_none() {
+                    // Not joined: see `KnownDepth::new`.
                     lines[photo] = Some(segments(photos[photo], false)?);
                 }
                 let lines = lines[photo].as_deref().unwrap_or_default();
