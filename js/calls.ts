@@ -1,5 +1,6 @@
 import type {
   Alignment,
+  DepthInput,
   Depths,
   EstimateInputs,
   Features,
@@ -10,28 +11,17 @@ import type {
   ManyInputs,
   Mask,
   Matches,
+  Model,
   Models,
   Mosaic,
   Options,
   PhotoInput,
   Quality,
-  Size,
   StitchInputs,
   StitchManyResult,
   StitchResult,
   Warped,
 } from "./types.js";
-
-/** What `stitch` takes besides the photos, and their features if they are known. */
-export interface KnownInputs extends StitchInputs {
-  /** Of target and reference. */
-  readonly features?: readonly Features[] | undefined;
-}
-
-/** What `stitchMany` takes besides the photos, and their features if they are known. */
-export interface KnownManyInputs extends ManyInputs {
-  readonly features?: readonly Features[] | undefined;
-}
 
 /** The calls that the core serves: arguments and result of each, as data that can be sent between threads. */
 export interface Calls {
@@ -39,13 +29,13 @@ export interface Calls {
     args: [
       target: ImageInput,
       reference: ImageInput,
-      inputs: KnownInputs,
+      inputs: StitchInputs,
       options: Partial<Options>,
     ];
     result: StitchResult;
   };
   stitchMany: {
-    args: [photos: readonly PhotoInput[], inputs: KnownManyInputs, options: Partial<Options>];
+    args: [photos: readonly PhotoInput[], inputs: ManyInputs, options: Partial<Options>];
     result: StitchManyResult;
   };
   detect: { args: [image: ImageInput, options: Partial<Options>]; result: Features };
@@ -62,7 +52,7 @@ export interface Calls {
     args: [
       target: ImageInput,
       reference: ImageInput,
-      inputs: KnownInputs,
+      inputs: StitchInputs,
       options: Partial<Options>,
     ];
     result: Alignment;
@@ -90,19 +80,20 @@ export interface Calls {
     args: [mosaic: ImageInput, voidMask: Mask, options: Partial<Options>];
     result: ImageOutput;
   };
-  /** How many times over the memory that `stitch` is predicted to take may be taken. */
-  affordable: {
+  /** A task of `stitchMany`: the features of two photos, matched. */
+  matchPhotos: {
+    args: [features: Features[], strongestFirst: boolean, options: Partial<Options>];
+    result: object;
+  };
+  /** A task of `stitchMany`: stereo of two photos. */
+  matchStereo: {
     args: [
-      photos: readonly [target: Size, reference: Size],
-      depth: readonly [target: boolean, reference: boolean],
+      photos: (ImageInput & { depth: DepthInput })[],
+      models: Model[],
+      error: number[],
       options: Partial<Options>,
     ];
-    result: number;
-  };
-  /** The same of `stitchMany`. */
-  affordableMany: {
-    args: [photos: readonly Size[], options: Partial<Options>];
-    result: number;
+    result: object;
   };
   measure: {
     args: [warped: Warped, reference: ImageInput, gains: readonly number[] | undefined];
@@ -113,3 +104,6 @@ export interface Calls {
 export type CallName = keyof Calls;
 export type Call = { [N in CallName]: { name: N; args: Calls[N]["args"] } }[CallName];
 export type Result = Calls[CallName]["result"];
+
+/** The calls that may leave tasks, which are calls as well, to other workers. */
+export type SharedCall = Extract<Call, { name: "stitch" | "align" | "stitchMany" }>;

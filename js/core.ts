@@ -1,4 +1,4 @@
-import type { Call, Result } from "./calls.js";
+import type { Call, Result, SharedCall } from "./calls.js";
 import { instance } from "./instance.js";
 import type { Progress, Stage } from "./types.js";
 import * as coreGlue from "./wasm/depthstitch.js";
@@ -29,12 +29,23 @@ export function memoryOf(name: ModuleName): number {
     : core.call((raw) => raw.peakMemory());
 }
 
-/** Runs a call on a module, which must have been started. An exception in `onProgress` stops the call and is rethrown. */
-export function run(
+/** Other workers that take tasks of a call. */
+export interface Others {
+  readonly count: number;
+  /** Has one of them perform a task. Where that fails, the whole call does. */
+  perform(task: Call): Promise<Result>;
+}
+
+/**
+ * Runs a call on a module, which must have been started. An exception in `onProgress` stops the call and is rethrown. Others take tasks of it,
+ * if there are any: its result is the same, byte by byte.
+ */
+export async function run(
   call: Call,
   name: ModuleName,
   onProgress: (progress: Progress) => void,
-): Result {
+  others?: Others,
+): Promise<Result> {
   let thrown: { error: unknown } | undefined;
   const report: Report = (stage, fraction, subject) => {
     const { photo, pair } = typeof subject === "number" ? { photo: subject } : { pair: subject };
@@ -46,10 +57,12 @@ export function run(
     return thrown === undefined;
   };
   try {
-    if (call.name === "stitchMany") return many.call((raw) => raw.stitchMany(...call.args, report));
-    if (call.name === "affordableMany") return many.call((raw) => raw.affordableMany(...call.args));
-    const work = (raw: typeof coreGlue) => invoke(raw, call, report);
-    return name === "many" ? many.call(work) : core.call(work);
+    if (isShared(call)) return await share(call, name, report, others);
+    if (call.name === "matchPhotos")
+      return many.call((raw) => raw.matchPhotos(...call.args, report));
+    if (call.name === "matchStereo")
+      return many.call((raw) => raw.matchStereo(...call.args, report));
+    return onModule(name, (raw) => invoke(raw, call, report));
   } catch (error) {
     throw thrown ? thrown.error : error;
   }
@@ -62,14 +75,60 @@ type Report = (
   subject: number | [number, number] | undefined,
 ) => boolean;
 
+function onModule<T>(name: ModuleName, work: (raw: typeof coreGlue) => T): T {
+  return name === "many" ? many.call(work) : core.call(work);
+}
+
+function isShared(call: Call): call is SharedCall {
+  return call.name === "stitch" || call.name === "align" || call.name === "stitchMany";
+}
+
+/** Performs a call step by step. Between steps messages arrive. */
+async function share(
+  call: SharedCall,
+  name: ModuleName,
+  report: Report,
+  others: Others | undefined,
+): Promise<Result> {
+  const options = call.args.at(-1);
+  let wake = () => {};
+  const perform = (task: string, args: unknown[]) => {
+    const outcome: { result?: Result } = {};
+    void others?.perform({ name: task, args: [...args, options] } as Call).then((result) => {
+      outcome.result = result;
+      wake();
+    });
+    return outcome;
+  };
+  const workers = others && { others: others.count, perform };
+  const begin = () => {
+    if (call.name === "stitchMany")
+      return many.call((raw) => raw.stitchMany(...call.args, report, workers));
+    const [target, reference, inputs, options] = call.args;
+    return onModule(name, (raw) =>
+      raw[call.name](target, reference, inputs, options, report, workers),
+    );
+  };
+  const running = begin();
+  for (;;) {
+    const result = onModule(name, () => running.step() as Result | undefined);
+    if (result !== undefined) {
+      running.free();
+      return result;
+    }
+    await new Promise<void>((resolve) => {
+      wake = resolve;
+      if (!running.waits) setTimeout(resolve);
+    });
+  }
+}
+
 function invoke(
   raw: typeof coreGlue,
-  call: Exclude<Call, { name: "stitchMany" | "affordableMany" }>,
+  call: Exclude<Call, SharedCall | { name: "matchPhotos" | "matchStereo" }>,
   report: Report,
 ): Result {
   switch (call.name) {
-    case "stitch":
-      return raw.stitch(...call.args, report);
     case "detect":
       return raw.detect(...call.args, report);
     case "match":
@@ -78,8 +137,6 @@ function invoke(
       return raw.matchImages(...call.args, report);
     case "estimate":
       return raw.estimate(...call.args, report);
-    case "align":
-      return raw.align(...call.args, report);
     case "warp":
       return raw.warp(...call.args, report);
     case "blend":
@@ -88,7 +145,5 @@ function invoke(
       return raw.fill(...call.args, report);
     case "measure":
       return raw.measure(...call.args);
-    case "affordable":
-      return raw.affordable(...call.args);
   }
 }

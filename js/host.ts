@@ -3,7 +3,6 @@
 import type { Call, Result } from "./calls.js";
 import { moduleOf } from "./core.js";
 import { abortError } from "./errors.js";
-import { performDivided } from "./parts.js";
 import { processors } from "./platform/index.js";
 import * as pool from "./pool.js";
 import type { CallOptions } from "./types.js";
@@ -70,25 +69,15 @@ async function next(): Promise<void> {
 }
 
 async function work(job: Job): Promise<pool.Performed> {
-  // Whoever aborts, meanwhile or while told of progress, has ended the call, whose next part must not begin.
-  const goOn = () => {
-    if (active !== job) throw new Error("the call has ended");
-  };
-  const name = moduleOf(job.call);
+  const { call, workers } = job;
+  const name = moduleOf(call);
   const module = await job.compile();
-  goOn();
-  pool.prepare(name, job.workers);
-  return performDivided(
-    job.call,
-    job.workers,
-    async (call, handBack, onProgress) => {
-      goOn();
-      return pool.perform({ name, module, call, handBack }, onProgress);
-    },
-    (progress) => {
-      if (active === job) job.onProgress?.(progress);
-    },
-  );
+  // Whoever aborts meanwhile has ended the call, which must not begin.
+  if (active !== job) throw new Error("the call has ended");
+  pool.prepare(name, workers);
+  return pool.perform({ name, module, call, others: workers - 1 }, (progress) => {
+    if (active === job) job.onProgress?.(progress);
+  });
 }
 
 /** Settles a call, running or queued, with its result or error. */

@@ -1,4 +1,4 @@
-// The worker threads. Each performs one call at a time; calls wait until one is free.
+// The worker threads. Each performs one call at a time; calls, and tasks that a call leaves to others, wait until one is free.
 import { spawn, type Port } from "./platform/index.js";
 import type { Call, Result } from "./calls.js";
 import type { ModuleName } from "./core.js";
@@ -8,10 +8,8 @@ import { buffersOf } from "./transfer.js";
 import type { Progress } from "./types.js";
 import type { Reply, Request } from "./worker/serve.js";
 
-/** What comes back from a worker: with `returned`, the call's arguments too, whose buffers the worker had been given. */
-export type Performed = { result: Result; args?: Call["args"] } | Refused;
-/** The core refused the call. */
-export type Refused = { error: StitchError; args?: Call["args"] };
+/** What comes back from a worker: the result, or the error with which the core refused the call. */
+export type Performed = { result: Result } | { error: StitchError };
 
 interface Task {
   request: Request;
@@ -53,12 +51,32 @@ export function perform(
   request: Request,
   onProgress: (progress: Progress) => void,
 ): Promise<Performed> {
-  // What is not a part of a call is performed alone: the memory of parts before it makes room, but for one that may go on.
-  if (!request.handBack) endLarge(1);
+  // The memory of others makes room, but for one that may go on.
+  endLarge(1);
+  return enqueue(request, onProgress);
+}
+
+function enqueue(request: Request, onProgress: Task["onProgress"]): Promise<Performed> {
   return new Promise((resolve, reject) => {
     waiting.push({ request, onProgress, resolve, reject });
     assign();
   });
+}
+
+/** Has a thread perform a task of the call that another one performs, which fails if the task does. */
+async function performTask(owner: Thread, number: number, call: Call): Promise<void> {
+  const { task: whole, port } = owner;
+  if (!whole) return;
+  try {
+    const performed = await enqueue({ ...whole.request, call, others: 0 }, () => undefined);
+    if ("error" in performed) throw performed.error;
+    const { result } = performed;
+    if (threads.includes(owner)) port.post({ task: number, result }, [...buffersOf(result)]);
+    // Tasks of another stage may follow, but not soon.
+    if (waiting.length === 0) endLarge(0);
+  } catch (error) {
+    whole.reject(error);
+  }
 }
 
 /** Lets threads be: in Node they do not keep the process alive. Those with much memory, which does not shrink, end. */
@@ -138,6 +156,10 @@ function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
     }
     return;
   }
+  if ("task" in reply) {
+    void performTask(thread, reply.task, reply.call);
+    return;
+  }
   thread.task = undefined;
   if ("result" in reply) {
     thread.memory = reply.memory;
@@ -145,7 +167,7 @@ function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
   } else {
     const error = new StitchError(reply.error);
     if (isFatal(error)) task.reject(error);
-    else task.resolve({ ...reply, error });
+    else task.resolve({ error });
   }
   assign();
 }

@@ -120,6 +120,7 @@ mod statistics;
 mod transparency;
 mod upsampling;
 pub mod warp;
+mod workers;
 
 #[cfg(all(target_arch = "wasm32", feature = "wasm-module"))]
 mod wasm;

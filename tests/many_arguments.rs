@@ -3,7 +3,7 @@
 
 use depthstitch::geometry::Camera;
 use depthstitch::observer::Observer;
-use depthstitch::pipeline::many::{ManyOptions, Photo, align_many, stitch_many, stitch_many_precomputed};
+use depthstitch::pipeline::many::{ManyOptions, Photo, align_many, stitch_many};
 use depthstitch::{Error, ImageView, InverseDepth, Stage};
 use nalgebra::{Matrix3, Vector3};
 use scene::{gallery_from, photos};
@@ -63,16 +63,6 @@ fn arguments_are_checked_before_anything_is_done() {
     let mut small = defaults.clone();
     small.stages.warp.max_bytes = 100_000;
     assert_eq!(refused(&[photo; 3], &small).code(), "too-large");
-    let one = depthstitch::features::detect(photo.image, &defaults.stages.features.detect, &mut ()).unwrap();
-    let mut narrow = one.clone();
-    narrow.size.0 = 31;
-    for (features, name, given) in [(vec![one.clone()], "features", 1.0), (vec![one, narrow], "features.width", 31.0)] {
-        let error = *stitch_many_precomputed(&[photo; 2], Some(features), &defaults, &mut Never).unwrap_err();
-        assert!(
-            matches!(error, Error::InvalidArgument { name: n, value, .. } if n == name && value == given),
-            "{error}"
-        );
-    }
     // Nothing to match.
     assert_eq!(stitch_many(&[photo; 3], &defaults, &mut ()).unwrap_err().code(), "no-consensus");
 }

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use depthstitch::geometry::{Calibration, EstimateOptions, Match, ModelKind};
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::observer::Observer;
-use depthstitch::pipeline::{Options, Precomputed, Stitched, align, stitch, stitch_with_depth_sink};
+use depthstitch::pipeline::{Options, Stitched, align, stitch, stitch_with_depth_sink};
 use depthstitch::report::Warning;
 use depthstitch::{InverseDepth, Rect, Stage};
 use scene::{MatchOptions, Pair, Photos, Random, Scene, map_error, median};
@@ -365,10 +365,16 @@ fn depth_is_given_away_as_soon_as_nothing_reads_it() {
         let kept = run(photos, options);
         let mut given = [None, None];
         let mut take = |side: usize, map: Cow<'_, InverseDepth>| given[side] = Some((map.into_owned(), stage.get()));
-        let known = Precomputed { matches: Some(&photos.matches), features: None };
         let views = [photos.target(), photos.reference()];
-        let found =
-            stitch_with_depth_sink(known, views[0], views[1], options, Some(&mut take), &mut Current(&stage)).unwrap();
+        let found = stitch_with_depth_sink(
+            Some(&photos.matches),
+            views[0],
+            views[1],
+            options,
+            Some(&mut take),
+            &mut Current(&stage),
+        )
+        .unwrap();
         assert_eq!(found.depth, [None, None]);
         assert_eq!(found.mosaic, kept.mosaic);
         let stages = given.each_ref().map(|map| map.as_ref().map(|(_, stage)| *stage));

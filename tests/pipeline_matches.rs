@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use depthstitch::View;
-use depthstitch::features::{detect, track};
+use depthstitch::features::track;
 use depthstitch::geometry::{Frame, Threshold, estimate};
-use depthstitch::pipeline::{FeatureOptions, Options, Precomputed, align, stitch, stitch_precomputed};
+use depthstitch::pipeline::{FeatureOptions, Options, align, stitch};
 use scene::{MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -86,23 +86,4 @@ fn tracked_points_count_when_they_were_fitted() {
         .map(|flags| flags[photos.matches.len()..].iter().filter(|flag| **flag).count());
     assert!(0 < fitted && fitted < tracked, "{fitted} of {tracked} are fitted");
     assert_eq!(found.geometry.tracked, fitted);
-}
-
-#[test]
-fn known_features_change_nothing_and_have_to_be_of_the_photos() {
-    let photos = Photos::of(&render(&scene::gallery()), &EXACT);
-    let [target, reference] = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
-    let options = Options::default();
-    let features = [target, reference].map(|view| detect(view.image, &options.features.detect, &mut ()).unwrap());
-    let known = Precomputed { matches: None, features: Some(features.clone()) };
-    let found = stitch_precomputed(known, target, reference, &options, &mut ()).unwrap();
-    let detected = stitch(None, target, reference, &options, &mut ()).unwrap();
-    assert_eq!((found.matches, found.geometry.forward), (detected.matches, detected.geometry.forward));
-    assert_eq!((found.warped.image, found.mosaic), (detected.warped.image, detected.mosaic));
-
-    let [mut narrow, other] = features;
-    narrow.size.0 -= 1;
-    let known = Precomputed { matches: None, features: Some([narrow, other]) };
-    let error = stitch_precomputed(known, target, reference, &options, &mut ()).unwrap_err();
-    assert_eq!((error.code(), error.details()), ("invalid-argument", [("value", 239.0)].to_vec()));
 }

@@ -6,7 +6,7 @@ import { parseArgs } from "node:util";
 
 import { CASE_FILE, loadCase } from "../cases/case.js";
 import { nativeTimes, renderMany, renderSample } from "./cargo.js";
-import { measureMany, type ManyScale } from "./many.js";
+import { measureMany, timeMany, type ManyScale } from "./many.js";
 import { measureScale, type Scale } from "./scaling.js";
 import { STAGES, METHODS, timeStages, timeWhole, type Times, type Method } from "./stages.js";
 
@@ -190,6 +190,10 @@ async function scaleMany(): Promise<ManyScale[]> {
       print(columns(`${count}×${(megapixels / count).toFixed(0)} MP`, [...numbers, ...stages]));
       scales.push(found);
     }
+    const [count] = counts;
+    const times = [await timeMany(folder, count, 1), await timeMany(folder, count, 2)];
+    const [one, two] = times.map((ms) => (ms / 1000).toFixed(1));
+    print(`the first ${count} in one worker ${one} s, in two ${two} s`);
   }
   print("");
   return scales;

@@ -4,7 +4,7 @@ import { isMainThread, parentPort, workerData } from "node:worker_threads";
 
 import { CASE_FILE, loadPhoto } from "../cases/case.js";
 import { many } from "../core.js";
-import { stitchMany, type StitchManyResult } from "../index.js";
+import { stitchMany, type ImageOutput, type StitchManyResult } from "../index.js";
 import { predictedBytes } from "./predicted.js";
 import { onThread } from "./thread.js";
 
@@ -36,13 +36,25 @@ interface Job {
   readonly count: number;
 }
 
-async function serve({ folder, count }: Job): Promise<ManyScale> {
+/** Milliseconds that the first `count` photos of the case in `folder` take in so many workers. */
+export async function timeMany(folder: string, count: number, workers: 1 | 2): Promise<number> {
+  const photos = await load(folder, count);
+  const start = performance.now();
+  await stitchMany(photos, { workers });
+  return performance.now() - start;
+}
+
+async function load(folder: string, count: number): Promise<ImageOutput[]> {
   const { photos: files } = JSON.parse(await readFile(join(folder, CASE_FILE), "utf8")) as {
     photos: string[];
   };
-  const photos = await Promise.all(
+  return Promise.all(
     files.slice(0, count).map(async (file) => (await loadPhoto(join(folder, file))).image),
   );
+}
+
+async function serve({ folder, count }: Job): Promise<ManyScale> {
+  const photos = await load(folder, count);
   const before = process.cpuUsage();
   const start = performance.now();
   const result = await stitchMany(photos, { worker: false });

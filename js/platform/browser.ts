@@ -1,9 +1,9 @@
 import type { WasmSource } from "../types.js";
-import type { Reply, Request } from "../worker/serve.js";
+import type { Message, Reply } from "../worker/serve.js";
 
 /** A running worker. */
 export interface Port {
-  post(request: Request, transfer: ArrayBuffer[]): void;
+  post(message: Message, transfer: ArrayBuffer[]): void;
   /** Whether the worker has work. An idle worker does not keep a Node process alive. */
   busy(busy: boolean): void;
   terminate(): void;
@@ -22,7 +22,7 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
     onExit(new Error(event.message || "the worker's script could not be loaded"));
   };
   return {
-    post: (request, transfer) => worker.postMessage(request, transfer),
+    post: (message, transfer) => worker.postMessage(message, transfer),
     busy: () => undefined,
     terminate: () => worker.terminate(),
   };

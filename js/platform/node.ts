@@ -20,7 +20,7 @@ export function spawn(onReply: (reply: Reply) => void, onExit: (cause: Error) =>
   worker.on("error", onExit);
   worker.on("exit", (status) => onExit(new Error(`the worker ended with status ${status}`)));
   return {
-    post: (request, transfer) => worker.postMessage(request, transfer),
+    post: (message, transfer) => worker.postMessage(message, transfer),
     busy: (busy) => (busy ? worker.ref() : worker.unref()),
     terminate: () => void worker.terminate(),
   };

@@ -1,9 +1,9 @@
 // The Web Worker of a page.
-import { serve, type Reply, type Request } from "./serve.js";
+import { serve, type Message, type Reply } from "./serve.js";
 
 /** The part of `DedicatedWorkerGlobalScope` used here; TypeScript's DOM library declares windows only. */
 interface WorkerScope {
-  onmessage: ((event: MessageEvent<Request>) => void) | null;
+  onmessage: ((event: MessageEvent<Message>) => void) | null;
   postMessage(reply: Reply, transfer?: ArrayBuffer[]): void;
 }
 

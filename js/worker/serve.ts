@@ -5,46 +5,71 @@ import { recordOf } from "../instance.js";
 import { buffersOf } from "../transfer.js";
 import type { Progress } from "../types.js";
 
-/** A message to the worker: one call, with the compiled module so that the worker need not load it. */
+/** A call, with the compiled module so that the worker need not load it. */
 export interface Request {
   name: ModuleName;
   module: WebAssembly.Module;
   call: Call;
-  /** Whether the arguments are to come back with the reply. */
-  handBack: boolean;
+  /** How many other workers may take tasks of it. */
+  others: number;
 }
 
+/** A message to the worker: a call, or what became of a task that it left to others. */
+export type Message = Request | { task: number; result: Result };
+
 /**
- * A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, then `result`, with the bytes of
- * memory that the module has taken, or `error`.
+ * A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, and of `task` for others; then `result`,
+ * with the bytes of memory that the module has taken, or `error`.
  */
 export type Reply =
   | { ready: true }
   | { progress: Progress }
-  | { result: Result; memory: number; args?: Call["args"] }
-  | { error: ErrorRecord; args?: Call["args"] };
+  | { task: number; call: Call }
+  | { result: Result; memory: number }
+  | { error: ErrorRecord };
 
-/** Handles one request. */
+/** The tasks that others perform, by their number: who waits for the result. */
+const tasks = new Map<number, (result: Result) => void>();
+let numbered = 0;
+
+/** Handles one message. */
 export async function serve(
-  { name, module, call, handBack }: Request,
+  message: Message,
   post: (reply: Reply, transfer: ArrayBuffer[]) => void,
 ): Promise<void> {
-  const back = handBack ? { args: call.args } : {};
+  if ("task" in message) {
+    tasks.get(message.task)?.(message.result);
+    tasks.delete(message.task);
+    return;
+  }
+  const { name, module, call, others } = message;
   const send = (reply: Reply) => post(reply, [...buffersOf(reply)]);
+  const perform = (call: Call) =>
+    new Promise<Result>((resolve) => {
+      tasks.set(++numbered, resolve);
+      send({ task: numbered, call });
+    });
   try {
     await start(name, module);
-    const result = run(call, name, (progress) => {
-      if (!handBack && progress.stage !== "input" && WHOLE.has(call.name)) release(call.args);
+    const onProgress = (progress: Progress) => {
+      if (progress.stage !== "input" && COPYING.has(call.name)) release(call.args);
       post({ progress }, []);
-    });
-    send({ result, memory: memoryOf(name), ...back });
+    };
+    const result = await run(call, name, onProgress, { count: others, perform });
+    send({ result, memory: memoryOf(name) });
   } catch (error) {
-    send({ error: recordOf(error), ...back });
+    send({ error: recordOf(error) });
   }
 }
 
 /** Calls that have copied all of their arguments before they report any stage but the first. */
-const WHOLE: ReadonlySet<CallName> = new Set(["stitch", "align", "stitchMany"]);
+const COPYING: ReadonlySet<CallName> = new Set([
+  "stitch",
+  "align",
+  "stitchMany",
+  "detect",
+  "matchStereo",
+]);
 
 /**
  * Frees arguments that were transferred here, at once instead of when garbage is collected, by sending them nowhere. Node frees what

@@ -32,9 +32,9 @@ pub use tracking::track;
 
 use std::cmp::Ordering;
 
+use crate::Result;
 use crate::image::{indices, reserve};
 use crate::sort::sort_indices;
-use crate::{Error, Result};
 
 /// A distinctive place of a photo: an extremum of the difference of Gaussians.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,21 +73,6 @@ impl Keypoint {
 }
 
 impl Features {
-    /// Refuses the features of a photo of another size.
-    ///
-    /// # Errors
-    /// `invalid-argument`.
-    pub(crate) fn check_size(&self, (width, height): (usize, usize)) -> Result<()> {
-        let sides = [
-            ("features.width", "the width of the photo", self.size.0, width),
-            ("features.height", "the height of the photo", self.size.1, height),
-        ];
-        match sides.into_iter().find(|(.., own, photo)| own != photo) {
-            None => Ok(()),
-            Some((name, expected, own, _)) => Err(Error::InvalidArgument { name, expected, value: own as f64 }.into()),
-        }
-    }
-
     /// The features with these indices.
     fn permuted(&self, order: &[u32]) -> Result<Self> {
         let (mut keypoints, mut descriptors) = (Vec::new(), Vec::new());

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::extrapolation::{Completed, better_rotation, complete, triangulated};
-use super::features::{MatchedFeatures, Precomputed, detect_pair, match_along_epipolar_lines, match_pair};
+use super::features::{DetectWorkers, MatchedFeatures, detect_both, match_along_epipolar_lines, match_pair};
 use super::halved::Halved;
 use super::memory::{Job, Memory};
 use super::models::{fit_models, if_possible};
@@ -17,6 +17,7 @@ use crate::observer::{Observer, Portion};
 use crate::rect::diagonal;
 use crate::report::Warning;
 use crate::statistics::nth;
+use crate::workers::without_waiting;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage, View};
 
 /// How much of the refinement of two photos alone is stereo matching, about; the rest is completion.
@@ -61,57 +62,67 @@ pub fn align<'a>(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
-    align_precomputed(Precomputed::of(matches), target, reference, options, observer)
+    without_waiting(align_with_workers(matches, [target, reference], options, &(), observer))
 }
 
-/// As [`align`], with what is known already.
-///
-/// # Errors
-/// As [`align`], and `invalid-argument` for features of photos of other sizes.
-pub fn align_precomputed<'a>(
-    known: Precomputed<'_>,
-    target: View<'a>,
-    reference: View<'a>,
+/// As [`align`], with tasks left to workers.
+pub(crate) async fn align_with_workers<'a>(
+    matches: Option<&[Match]>,
+    views: [View<'a>; 2],
     options: &Options,
+    workers: &DetectWorkers,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
-    let views = [target, reference];
-    Memory::of(Job::of(views, known.matches.is_some()), options).check((0, 0))?;
-    known.check(views.map(|view| view.image))?;
+    Memory::of(Job::of(views, matches.is_some()), options).check((0, 0))?;
     let mut timer = StageTimer::start(observer);
-    let visible = VisiblePair::of(known.matches, views)?;
+    let visible = VisiblePair::of(matches, views)?;
     if visible.is_everything() {
-        return align_timed(known, views, options, observer, &mut timer);
+        return align_timed(matches, views, options, workers, observer, &mut timer).await;
     }
-    let known = Precomputed { matches: visible.matches(known.matches), ..known };
-    let found = align_timed(known, visible.views(views), options, observer, &mut timer)?;
-    Ok(found.into_owned())
+    let (matches, views) = (visible.matches(matches), visible.views(views));
+    Ok(align_timed(matches, views, options, workers, observer, &mut timer).await?.into_owned())
 }
 
-pub(super) fn align_timed<'a>(
-    Precomputed { matches: given, features }: Precomputed<'_>,
+pub(super) async fn align_timed<'a>(
+    given: Option<&[Match]>,
+    views: [View<'a>; 2],
+    options: &Options,
+    workers: &DetectWorkers,
+    observer: &mut dyn Observer,
+    timer: &mut StageTimer,
+) -> Result<Alignment<'a>> {
+    let features = match given {
+        None => {
+            let photos = views.map(|view| view.image);
+            let found = detect_both(photos, &options.features.detect, workers, observer).await?;
+            timer.end(Stage::Detect, observer);
+            Some(found)
+        }
+        Some(_) => None,
+    };
+    let Some(halved) = Halved::of(views, options)? else {
+        return align_detected(given, features, views, options, observer, timer);
+    };
+    let matches = given.map(|matches| halved.matches(matches)).transpose()?;
+    let features = features.map(|features| halved.features(features));
+    let options = halved.options(options);
+    let found = align_detected(matches.as_deref(), features, halved.views(), &options, observer, timer)?;
+    halved.enlarged(found)
+}
+
+/// Models and maps from matches, or from features where there are none.
+fn align_detected<'a>(
+    given: Option<&[Match]>,
+    features: Option<[Features; 2]>,
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let features = match (given, features) {
-        (None, None) => {
-            let found = detect_pair(views.map(|view| view.image), &options.features.detect, observer)?;
-            timer.end(Stage::Detect, observer);
-            Some(found)
-        }
-        (_, features) => features,
-    };
-    if let Some(halved) = Halved::of(views, options)? {
-        let matches = given.map(|matches| halved.matches(matches)).transpose()?;
-        let known = halved.known(matches.as_deref(), features);
-        return halved.enlarged(align_timed(known, halved.views(), &halved.options(options), observer, timer)?);
-    }
-    let mut alignment = match (given, features) {
-        (None, Some(features)) => align_by_features(features, views, options, observer, timer)?,
-        (matches, _) => {
-            let mut alignment = fit_models(matches.unwrap_or_default(), views, options, observer)?;
+    let mut alignment = match features {
+        Some(features) => align_by_features(features, views, options, observer, timer)?,
+        None => {
+            let mut alignment = fit_models(given.unwrap_or_default(), views, options, observer)?;
             alignment.complete_maps(views[1], observer)?;
             timer.end(alignment.stage(), observer);
             alignment

@@ -5,7 +5,8 @@ use crate::features::{
     DetectOptions, Features, MatchGuide, MatchOptions, Pair, detect, match_again, match_features, matches_of,
 };
 use crate::geometry::Match;
-use crate::observer::{Observer, Portion};
+use crate::observer::{Observer, Subject};
+use crate::workers::{Task, Workers, without_waiting};
 use crate::{ImageView, Result};
 
 /// Options of feature detection and matching.
@@ -25,28 +26,6 @@ impl Default for FeatureOptions {
     }
 }
 
-/// What is known of two photos before they are stitched.
-#[derive(Debug, Clone, Default)]
-pub struct Precomputed<'a> {
-    /// Their matches: then features play no part.
-    pub matches: Option<&'a [Match]>,
-    /// The features of target and reference, as [`detect`] finds them with the same options.
-    pub features: Option<[Features; 2]>,
-}
-
-impl<'a> Precomputed<'a> {
-    /// Matches, if there are any.
-    pub(super) fn of(matches: Option<&'a [Match]>) -> Self {
-        Self { matches, features: None }
-    }
-
-    /// Refuses features of photos of other sizes.
-    pub(super) fn check(&self, photos: [ImageView<'_>; 2]) -> Result<()> {
-        let Some(features) = &self.features else { return Ok(()) };
-        features.iter().zip(photos).try_for_each(|(features, photo)| features.check_size(photo.size()))
-    }
-}
-
 /// The features of both photos, and which of them correspond.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchedFeatures {
@@ -63,15 +42,50 @@ pub struct MatchedFeatures {
 /// # Errors
 /// Those of [`detect`].
 pub fn detect_pair(
-    [target, reference]: [ImageView<'_>; 2],
+    photos: [ImageView<'_>; 2],
     options: &DetectOptions,
     observer: &mut dyn Observer,
 ) -> Result<[Features; 2]> {
-    // One stage, two photos: the second one starts where the first one ended.
-    let share = target.pixels().len() as f32 / (target.pixels().len() + reference.pixels().len()) as f32;
-    let target = detect(target, options, &mut Portion::new(observer, 0.0, share))?;
-    let reference = detect(reference, options, &mut Portion::new(observer, share, 1.0))?;
-    Ok([target, reference])
+    without_waiting(detect_both(photos, options, &(), observer))
+}
+
+/// As [`detect_pair`], with the photos left to workers.
+pub(super) async fn detect_both(
+    photos: [ImageView<'_>; 2],
+    options: &DetectOptions,
+    workers: &DetectWorkers,
+    observer: &mut dyn Observer,
+) -> Result<[Features; 2]> {
+    let tasks = photos.map(|photo| Detect { subject: Subject::All, photo, options });
+    let mut found = photos.map(|photo| Features { keypoints: Vec::new(), descriptors: Vec::new(), size: photo.size() });
+    let mut take = |i: usize, features| {
+        found[i] = features;
+        Ok(())
+    };
+    workers.perform(&tasks, &mut take, observer).await?;
+    Ok(found)
+}
+
+/// The task to detect the features of a photo.
+pub(crate) struct Detect<'a> {
+    pub subject: Subject,
+    pub photo: ImageView<'a>,
+    pub options: &'a DetectOptions,
+}
+
+/// Who performs such tasks.
+pub(crate) type DetectWorkers = dyn for<'a> Workers<Detect<'a>>;
+
+impl Task for Detect<'_> {
+    type Output = Features;
+
+    fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    fn perform(&self, observer: &mut dyn Observer) -> Result<Features> {
+        detect(self.photo, self.options, observer)
+    }
 }
 
 /// Matches the features of target and reference by their descriptors.

@@ -6,7 +6,6 @@ use std::borrow::Cow;
 use nalgebra::Matrix3;
 
 use super::align::Alignment;
-use super::features::Precomputed;
 use super::options::{Options, WithoutDepth};
 use super::picture::Size;
 use crate::depth::RefineOptions;
@@ -58,20 +57,17 @@ impl Halved {
         moved(matches, &|at| 0.5 * (at - 0.5))
     }
 
-    /// What is known, with `matches` of the halved photos.
-    pub fn known<'a>(&self, matches: Option<&'a [Match]>, features: Option<[Features; 2]>) -> Precomputed<'a> {
-        let features = features.map(|features| {
-            features.map(|mut features| {
-                for keypoint in &mut features.keypoints {
-                    keypoint.x = 0.5 * (keypoint.x - 0.5);
-                    keypoint.y = 0.5 * (keypoint.y - 0.5);
-                    keypoint.scale *= 0.5;
-                }
-                features.size = half_size(features.size);
-                features
-            })
-        });
-        Precomputed { matches, features }
+    /// Features in pixels of the photos as they were.
+    pub fn features(&self, mut features: [Features; 2]) -> [Features; 2] {
+        for features in &mut features {
+            for keypoint in &mut features.keypoints {
+                keypoint.x = 0.5 * (keypoint.x - 0.5);
+                keypoint.y = 0.5 * (keypoint.y - 0.5);
+                keypoint.scale *= 0.5;
+            }
+            features.size = half_size(features.size);
+        }
+        features
     }
 
     /// Options, with those in pixels halved.

@@ -150,6 +150,12 @@ impl<'a> Memory<'a> {
         refuse_above(self.options.warp.max_bytes, self.peak(canvas).1, largest)
     }
 
+    /// How many times over the memory may be taken that the job takes with this canvas.
+    #[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
+    pub(crate) fn times(&self, canvas: Size) -> u64 {
+        self.options.warp.max_bytes / self.peak(canvas).1.max(1)
+    }
+
     fn photos(&self) -> [u64; 2] {
         self.job.photos.map(pixels)
     }

@@ -31,8 +31,11 @@ mod visible;
 
 use std::borrow::Cow;
 
-pub use align::{Alignment, align, align_precomputed};
-pub use features::{FeatureOptions, MatchedFeatures, Precomputed, detect_pair, match_pair};
+#[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
+pub(crate) use align::align_with_workers;
+pub use align::{Alignment, align};
+pub(crate) use features::{Detect, DetectWorkers};
+pub use features::{FeatureOptions, MatchedFeatures, detect_pair, match_pair};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-core"))]
 pub(crate) use memory::check_inputs;
 pub use memory::{Job, Memory};
@@ -44,6 +47,7 @@ use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
 use crate::observer::{Observer, Portion, report};
 use crate::report::Warning;
 use crate::warp::{Projection, WarpJob, WarpOptions, Warped, warp_within};
+use crate::workers::without_waiting;
 use crate::{Image, InverseDepth, Mask, Rect, Result, Stage, View};
 use align::align_timed;
 use projected::ProjectedReference;
@@ -109,52 +113,48 @@ pub fn stitch(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
-    stitch_precomputed(Precomputed::of(matches), target, reference, options, observer)
-}
-
-/// As [`stitch`], with what is known already.
-///
-/// # Errors
-/// As [`stitch`], and `invalid-argument` for features of photos of other sizes.
-pub fn stitch_precomputed(
-    known: Precomputed<'_>,
-    target: View<'_>,
-    reference: View<'_>,
-    options: &Options,
-    observer: &mut dyn Observer,
-) -> Result<Stitched> {
     let mut depth = [None, None];
     let mut keep = |side: usize, map: Cow<'_, InverseDepth>| depth[side] = Some(map.into_owned());
     let take: Option<&mut DepthSink<'_>> = if options.output_depth { Some(&mut keep) } else { None };
-    let stitched = stitch_with_depth_sink(known, target, reference, options, take, observer)?;
+    let stitched = stitch_with_depth_sink(matches, target, reference, options, take, observer)?;
     Ok(Stitched { depth, ..stitched })
 }
 
 /// Takes the inverse depth of the target (0) or the reference (1), which nothing reads any more.
 pub type DepthSink<'t> = dyn FnMut(usize, Cow<'_, InverseDepth>) + 't;
 
-/// As [`stitch_precomputed`], but the inverse depth that was used is given to `depth_sink` as soon as nothing reads it any more, so that it
+/// As [`stitch`], but the inverse depth that was used is given to `depth_sink` as soon as nothing reads it any more, so that it
 /// takes no memory while the photos are blended; [`Stitched::depth`] is empty.
 ///
 /// # Errors
-/// As [`stitch_precomputed`].
+/// As [`stitch`].
 pub fn stitch_with_depth_sink(
-    known: Precomputed<'_>,
+    matches: Option<&[Match]>,
     target: View<'_>,
     reference: View<'_>,
     options: &Options,
-    mut depth_sink: Option<&mut DepthSink<'_>>,
+    depth_sink: Option<&mut DepthSink<'_>>,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
-    let views = [target, reference];
-    let memory = Memory::of(Job::of(views, known.matches.is_some()), options);
-    memory.check(reference.image.size())?;
-    known.check(views.map(|view| view.image))?;
+    without_waiting(stitch_with_workers(matches, [target, reference], options, depth_sink, &(), observer))
+}
+
+/// As [`stitch_with_depth_sink`], with tasks left to workers.
+pub(crate) async fn stitch_with_workers(
+    given: Option<&[Match]>,
+    views: [View<'_>; 2],
+    options: &Options,
+    mut depth_sink: Option<&mut DepthSink<'_>>,
+    workers: &DetectWorkers,
+    observer: &mut dyn Observer,
+) -> Result<Stitched> {
+    let memory = Memory::of(Job::of(views, given.is_some()), options);
+    memory.check(views[1].image.size())?;
     let mut timer = StageTimer::start(observer);
-    let visible = VisiblePair::of(known.matches, views)?;
-    let (matches, views) = (visible.matches(known.matches), visible.views(views));
-    let [_, reference] = views;
-    let mut alignment = align_timed(Precomputed { matches, ..known }, views, options, observer, &mut timer)?;
+    let visible = VisiblePair::of(given, views)?;
+    let (matches, views) = (visible.matches(given), visible.views(views));
+    let [target, reference] = views;
+    let mut alignment = align_timed(matches, views, options, workers, observer, &mut timer).await?;
     let used = matches.or(alignment.matches.as_deref()).unwrap_or_default();
     let projecting = &mut Portion::new(observer, 0.0, PROJECTING);
     let projected = ProjectedReference::of(&alignment, used, views, options, &memory, projecting)?;

@@ -6,33 +6,33 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::*;
 
 use super::convert::{get, invalid, put, size_from_js, whole};
-use super::observer::JsObserver;
-use super::signatures::{ManyInputs, OnProgress, PartialOptions, PhotoInputs, SizeList, StitchManyResult};
-use super::stages::observed;
-use super::{inputs, matches, options, results};
+use super::running::Running;
+use super::signatures::{ManyInputs, OnProgress, OtherWorkers, PartialOptions, PhotoInputs};
+use super::workers::JsWorkers;
+use super::{inputs, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
 use crate::{Image, InverseDepth, Result, Stage};
 
-/// Any number of photos.
+/// Any number of photos, which give a `StitchManyResult`. `workers` may take tasks of it.
 #[wasm_bindgen(js_name = stitchMany)]
 pub fn stitch_many(
-    photos: &PhotoInputs,
-    inputs: &ManyInputs,
-    options: &PartialOptions,
+    photos: PhotoInputs,
+    inputs: ManyInputs,
+    options: PartialOptions,
     on_progress: &OnProgress,
-) -> std::result::Result<StitchManyResult, JsValue> {
-    observed(Stage::Input, on_progress, &mut |observer| run(photos, inputs, options, observer))
-        .map(JsCast::unchecked_into)
-}
-
-/// How many times over the memory that `stitchMany` is predicted to take may be taken.
-#[wasm_bindgen(js_name = affordableMany)]
-pub fn affordable_many(photos: &SizeList, options: &PartialOptions) -> std::result::Result<f64, JsValue> {
-    observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| {
-        let options = ManyOptions { stages: options::from_js(options)?, ..ManyOptions::default() };
-        Ok(many::check_sizes(sizes(photos)?.into_iter(), &options)?.times())
+    workers: &OtherWorkers,
+) -> Running {
+    Running::new(on_progress, workers, async move |observer, workers| {
+        let start = observer.now();
+        observer.progress(Stage::Input, 0.0);
+        let options = many_options(&inputs, &options)?;
+        let owned = Photos::read(&photos, &options, workers)?;
+        let input_time = observer.now() - start;
+        let done = many::stitch_many_with_workers(&owned.photos(), &options, workers, observer).await?;
+        drop(owned);
+        Ok(result(&done, input_time))
     })
 }
 
@@ -41,9 +41,7 @@ fn sizes(photos: &Array) -> Result<Vec<(usize, usize)>> {
     photos.iter().map(|photo| size_from_js("photo", &photo)).collect()
 }
 
-fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObserver) -> Result<JsValue> {
-    let start = observer.now();
-    observer.progress(Stage::Input, 0.0);
+fn many_options(given: &JsValue, stages: &JsValue) -> Result<ManyOptions> {
     let reference = Some(get(given, "reference")).filter(inputs::is_given);
     let reference = reference.map(|index| whole(&index, 0.0, "reference", "the index of a photo")).transpose()?;
     let distortion = Some(get(given, "distortion")).filter(inputs::is_given);
@@ -51,14 +49,7 @@ fn run(photos: &JsValue, given: &JsValue, stages: &JsValue, observer: &mut JsObs
         distortion.map(|known| known.as_f64().ok_or_else(|| invalid("distortion", "a number", &known))).transpose()?;
     let mut options = ManyOptions { stages: options::from_js(stages)?, reference, distortion };
     options.stages.output_depth = get(given, "outputDepth").is_truthy();
-    let owned = Photos::read(photos, &options)?;
-    let input_time = observer.now() - start;
-    let known = get(given, "features");
-    let known =
-        known.dyn_ref::<Array>().map(|known| known.iter().map(|one| matches::features("features", &one)).collect());
-    let done = many::stitch_many_precomputed(&owned.photos(), known.transpose()?, &options, observer)?;
-    drop(owned);
-    Ok(result(&done, input_time))
+    Ok(options)
 }
 
 /// The photos, owned by the core for the length of the call.
@@ -71,14 +62,14 @@ struct Photos {
 
 impl Photos {
     /// Copies the photos, unless they are too many, too few, or too large.
-    fn read(photos: &JsValue, options: &ManyOptions) -> Result<Self> {
+    fn read(photos: &JsValue, options: &ManyOptions, workers: &JsWorkers) -> Result<Self> {
         let Some(photos) = photos.dyn_ref::<Array>() else {
             return Err(invalid("photos", "an array of images", photos));
         };
         let count = photos.length();
         many::check_count(count as usize)?;
         let sizes = sizes(photos)?;
-        many::check_sizes(sizes.iter().copied(), options)?;
+        workers.limit(many::check_sizes(sizes.iter().copied(), options)?.times());
         let all = || (0..count).map(|i| photos.get(i));
         let focal = |photo: JsValue| {
             let given = get(&photo, "focalLength");

@@ -1,6 +1,6 @@
 //! Features and matches from JavaScript.
 
-use js_sys::{Array, Float32Array, Uint8Array};
+use js_sys::{Float32Array, Uint8Array};
 use wasm_bindgen::{JsCast, JsValue};
 
 use super::convert::{get, invalid, size_from_js};
@@ -31,13 +31,6 @@ pub(super) fn features(name: &'static str, value: &JsValue) -> Result<Features> 
         descriptors: descriptor_bytes,
         size,
     })
-}
-
-/// The features of target and reference among the inputs, where there are any.
-pub(super) fn optional_features(inputs: &JsValue) -> Result<Option<[Features; 2]>> {
-    let given = get(inputs, "features");
-    let Some(given) = given.dyn_ref::<Array>() else { return Ok(None) };
-    Ok(Some([features("features", &given.get(0))?, features("features", &given.get(1))?]))
 }
 
 /// Matches from a `Float32Array` of xt, yt, xr, yr.

@@ -21,15 +21,11 @@ extern "C" {
         typescript_type = "((stage: Stage, fraction: number, subject: number | [number, number] | undefined) => boolean | void) | undefined"
     )]
     pub type OnProgress;
-    /// Sizes of target and reference.
-    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [Size, Size]")]
-    pub type SizePair;
-    /// Sizes of many photos.
-    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly Size[]")]
-    pub type SizeList;
-    /// Whether target and reference have something.
-    #[wasm_bindgen(extends = js_sys::Array, typescript_type = "readonly [boolean, boolean]")]
-    pub type FlagPair;
+    /// Workers besides this one, and a function that has one of them perform a call and gives an object that will have its result.
+    #[wasm_bindgen(
+        typescript_type = "{ readonly others: number; perform(name: string, args: unknown[]): { result?: unknown } } | undefined"
+    )]
+    pub type OtherWorkers;
     /// What `stitch` takes besides the photos.
     #[wasm_bindgen(typescript_type = "StitchInputs")]
     pub type StitchInputs;
@@ -45,9 +41,6 @@ extern "C" {
     /// What `estimate` takes.
     #[wasm_bindgen(typescript_type = "EstimateInputs")]
     pub type EstimateInputs;
-    /// `Alignment`.
-    #[wasm_bindgen(typescript_type = "Alignment")]
-    pub type AlignmentObject;
     /// What `blend` may know besides the photos.
     #[wasm_bindgen(typescript_type = "{ readonly reliable?: Mask | null | undefined }")]
     pub type BlendInputs;
@@ -81,10 +74,4 @@ extern "C" {
     /// What `stitchMany` takes besides them.
     #[wasm_bindgen(typescript_type = "ManyInputs")]
     pub type ManyInputs;
-    /// `StitchManyResult`.
-    #[wasm_bindgen(typescript_type = "StitchManyResult")]
-    pub type StitchManyResult;
-    /// `StitchResult`.
-    #[wasm_bindgen(typescript_type = "StitchResult")]
-    pub type StitchResult;
 }

@@ -9,11 +9,12 @@ use super::convert::{get, put, size_from_js};
 use super::observer::JsObserver;
 use super::photos::{Photos, single_photo};
 use super::results::Outputs;
+use super::running::Running;
 use super::signatures::*;
 use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
 use crate::observer::Observer;
-use crate::pipeline::{self, DepthSink, Job, Memory, Precomputed, check_inputs};
+use crate::pipeline::{self, DepthSink, Job, Memory, check_inputs};
 use crate::warp::WarpOptions;
 use crate::{InverseDepth, Result, Stage};
 use crate::{features, metrics, mosaic, warp};
@@ -37,32 +38,36 @@ pub fn peak_memory() -> f64 {
     core::arch::wasm32::memory_size::<0>() as f64 * PAGE
 }
 
-/// The whole pipeline.
+/// The whole pipeline, which gives a `StitchResult`. `workers` may take tasks of it.
 #[wasm_bindgen]
 pub fn stitch(
-    target: &ImageInput,
-    reference: &ImageInput,
-    inputs: &StitchInputs,
-    options: &PartialOptions,
+    target: ImageInput,
+    reference: ImageInput,
+    inputs: StitchInputs,
+    options: PartialOptions,
     on_progress: &OnProgress,
-) -> std::result::Result<StitchResult, JsValue> {
-    observed(Stage::Input, on_progress, &mut |observer| {
+    workers: &OtherWorkers,
+) -> Running {
+    Running::new(on_progress, workers, async move |observer, workers| {
         let start = observer.now();
         observer.progress(Stage::Input, 0.0);
-        let options = options::from_js(options)?;
-        let check = |job: Job| Memory::of(job, &options).check(job.photos[1]);
-        let photos = Photos::read(target, reference, inputs, &check)?;
-        let matches = matches::optional(inputs)?;
-        let known = Precomputed { matches: matches.as_deref(), features: matches::optional_features(inputs)? };
+        let options = options::from_js(&options)?;
+        let check = |job: Job| {
+            let memory = Memory::of(job, &options);
+            workers.limit(memory.times(job.photos[1]));
+            memory.check(job.photos[1])
+        };
+        let photos = Photos::read(&target, &reference, &inputs, &check)?;
+        let matches = matches::optional(&inputs)?;
         let input_time = observer.now() - start;
         let result = JsValue::from(Object::new());
         let mut put_depth = |side: usize, map: Cow<'_, InverseDepth>| results::put_depth(&result, side, &map);
         let take: Option<&mut DepthSink<'_>> =
-            if get(inputs, "outputDepth").is_truthy() { Some(&mut put_depth) } else { None };
-        let [target, reference] = [photos.target(), photos.reference()];
-        let done = pipeline::stitch_with_depth_sink(known, target, reference, &options, take, observer)?;
+            if get(&inputs, "outputDepth").is_truthy() { Some(&mut put_depth) } else { None };
+        let views = [photos.target(), photos.reference()];
+        let done = pipeline::stitch_with_workers(matches.as_deref(), views, &options, take, workers, observer).await?;
         results::add_geometry(&result, &done.geometry, &done.warnings);
-        let outputs = Outputs::of(inputs);
+        let outputs = Outputs::of(&inputs);
         results::add_warped(&result, &done.warped, &outputs);
         results::add_mosaic(&result, &done.mosaic, &outputs);
         put(&result, "projection", results::projection(done.projection));
@@ -76,21 +81,6 @@ pub fn stitch(
         put(&result, "quality", results::quality(&done.quality));
         put(&result, "times", results::times(&times));
         Ok(result)
-    })
-    .map(JsCast::unchecked_into)
-}
-
-/// How many times over the memory that `stitch` is predicted to take may be taken. `photos` are the sizes of target and reference,
-/// `depth` whether they have depth maps.
-#[wasm_bindgen]
-pub fn affordable(photos: &SizePair, depth: &FlagPair, options: &PartialOptions) -> std::result::Result<f64, JsValue> {
-    observed(Stage::Input, &JsValue::UNDEFINED, &mut |_| {
-        let options = options::from_js(options)?;
-        let [target, reference] = [0, 1].map(|i| size_from_js("photo", &photos.get(i)));
-        let depth = [0, 1].map(|i| depth.get(i).is_truthy());
-        let job = Job { photos: [target?, reference?], depth, matches: false, masked: [false; 2] };
-        let (_, bytes) = Memory::of(job, &options).peak(job.photos[1]);
-        Ok((options.warp.max_bytes / bytes.max(1)) as f64)
     })
 }
 
@@ -182,21 +172,27 @@ pub fn estimate(
     .map(JsCast::unchecked_into)
 }
 
-/// The first half of the pipeline.
+/// The first half of the pipeline, which gives an `Alignment`. `workers` may take tasks of it.
 #[wasm_bindgen]
 pub fn align(
-    target: &ImageInput,
-    reference: &ImageInput,
-    inputs: &StitchInputs,
-    options: &PartialOptions,
+    target: ImageInput,
+    reference: ImageInput,
+    inputs: StitchInputs,
+    options: PartialOptions,
     on_progress: &OnProgress,
-) -> std::result::Result<AlignmentObject, JsValue> {
-    observed(Stage::Input, on_progress, &mut |observer| {
-        let options = options::from_js(options)?;
-        let photos = Photos::read(target, reference, inputs, &|job| Memory::of(job, &options).check((0, 0)))?;
-        let given = matches::optional(inputs)?;
-        let known = Precomputed { matches: given.as_deref(), features: matches::optional_features(inputs)? };
-        let alignment = pipeline::align_precomputed(known, photos.target(), photos.reference(), &options, observer)?;
+    workers: &OtherWorkers,
+) -> Running {
+    Running::new(on_progress, workers, async move |observer, workers| {
+        let options = options::from_js(&options)?;
+        let check = |job: Job| {
+            let memory = Memory::of(job, &options);
+            workers.limit(memory.times((0, 0)));
+            memory.check((0, 0))
+        };
+        let photos = Photos::read(&target, &reference, &inputs, &check)?;
+        let given = matches::optional(&inputs)?;
+        let views = [photos.target(), photos.reference()];
+        let alignment = pipeline::align_with_workers(given.as_deref(), views, &options, workers, observer).await?;
         let result = JsValue::from(Object::new());
         results::add_geometry(&result, &alignment.geometry, &alignment.geometry.warnings);
         let matches = alignment.matches.as_deref().or(given.as_deref());
@@ -209,7 +205,6 @@ pub fn align(
         put(&result, "reliable", alignment.reliable.as_ref().map_or(JsValue::NULL, results::mask));
         Ok(result)
     })
-    .map(JsCast::unchecked_into)
 }
 
 /// Rendering alone.

@@ -4,6 +4,7 @@ import { availableParallelism } from "node:os";
 import { test } from "node:test";
 import { align, detect, stitch, StitchError } from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
+import { started } from "./threads.mjs";
 
 /** @typedef {import("depthstitch").ImageOutput} ImageOutput */
 /** @typedef {import("depthstitch").StitchOptions} StitchOptions */
@@ -16,30 +17,6 @@ function half({ data, width, height }) {
   const copy = data.slice();
   for (let i = 3; i < copy.length; i += 4) if (((i >> 2) % width) * 2 < width) copy[i] = 0;
   return { data: copy, width, height };
-}
-
-/** The workers started while `work` runs. @param {() => Promise<unknown>} work */
-async function started(work) {
-  /** @type {import("node:worker_threads").Worker[]} */
-  const workers = [];
-  /** @param {import("node:worker_threads").Worker} worker */
-  const remember = (worker) => void workers.push(worker);
-  await endAll();
-  process.on("worker", remember);
-  try {
-    await work();
-  } finally {
-    process.off("worker", remember);
-  }
-  return workers;
-}
-
-/** Ends the workers there are, as aborting does. */
-async function endAll() {
-  const controller = new AbortController();
-  const aborted = rejection(stitch(target, reference, { ...inputs, signal: controller.signal }));
-  controller.abort();
-  await aborted;
 }
 
 /** @type {[string, ImageOutput, StitchOptions][]} */
@@ -124,26 +101,21 @@ test("an array passed as both photos", async () => {
 
 test("any of the workers may die: the call rejects, the next one works", { skip }, async () => {
   for (const which of [0, 1]) {
-    /** @type {import("node:worker_threads").Worker[]} */
-    const workers = [];
-    const remember = (/** @type {import("node:worker_threads").Worker} */ worker) =>
-      void workers.push(worker);
-    await endAll();
-    process.on("worker", remember);
-    /** @param {import("depthstitch").Progress} progress */
-    const onProgress = ({ stage }) => {
-      if (stage === "detect") void workers[which]?.terminate();
-    };
-    const error = await rejection(stitch(target, reference, { workers: 2, onProgress }));
-    process.off("worker", remember);
-    // The second one may not have started yet.
-    assert.match(error.code, /^(internal|load-failed)$/);
-    assert.match(error.message, /worker/);
+    await started(async (workers) => {
+      /** @param {import("depthstitch").Progress} progress */
+      const onProgress = ({ stage }) => {
+        if (stage === "detect") void workers[which]?.terminate();
+      };
+      const error = await rejection(stitch(target, reference, { workers: 2, onProgress }));
+      // The second one may not have started yet.
+      assert.match(error.code, /^(internal|load-failed)$/);
+      assert.match(error.message, /worker/);
+    });
     assert.ok((await stitch(target, reference, { workers: 2 })).mosaic.width > 0);
   }
 });
 
-test("aborting before the first part starts no worker", async () => {
+test("aborting before anything is detected starts no other worker", async () => {
   const controller = new AbortController();
   const { signal } = controller;
   const onProgress = () => controller.abort();
@@ -152,7 +124,6 @@ test("aborting before the first part starts no worker", async () => {
     assert.equal(error.name, "AbortError");
     await new Promise((resolve) => setTimeout(resolve, 50));
   });
-  // The one that was asked for the memory.
   assert.equal(workers.length, 1);
 });
 

@@ -10,11 +10,11 @@ use super::picture::ManyPicture;
 use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
 use super::undistorted::UndistortedPhotos;
 use super::visible::VisiblePhotos;
-use super::{ManyOptions, view};
-use crate::features::Features;
+use super::{ManyOptions, ManyWorkers, view};
 use crate::geometry::{Model, MultiView, MultiViewKind};
 use crate::observer::{Observer, Portion};
 use crate::pipeline::timer::StageTimer;
+use crate::workers::without_waiting;
 use crate::{Image, InverseDepth, Result, Stage};
 
 /// Where the photos belong: what rendering needs besides them.
@@ -51,27 +51,28 @@ pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dy
     let mut budget = check(photos, options)?;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
-    align_timed(&visible.photos(photos), None, options, &mut budget, observer, &mut timer)
+    let photos = visible.photos(photos);
+    without_waiting(align_timed(&photos, options, &mut budget, &(), observer, &mut timer))
 }
 
-/// As [`align_many`], of photos that were checked, with the features of all where they are known.
-pub(super) fn align_timed(
+/// As [`align_many`], of photos that were checked.
+pub(super) async fn align_timed(
     given: &[Photo<'_>],
-    features: Option<Vec<Features>>,
     options: &ManyOptions,
     budget: &mut Budget<'_>,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<ManyAlignment> {
-    let located = locate(given, features, options, budget, observer, timer)?;
+    let located = locate(given, options, budget, workers, observer, timer).await?;
     let Located { mut geometry, placed, mut codes, pairs, links, undistorted } = located;
     let photos = UndistortedPhotos::shown(&undistorted, given);
     let measuring = &mut Portion::of_stage(observer, Stage::Depth, 0.0, 1.0);
-    let mut arranged = arrange(&photos, &placed, &geometry, &links, options, measuring)?;
+    let mut arranged = arrange(&photos, &placed, &geometry, &links, options, workers, measuring).await?;
     let ignores_parallax = arranged.is_distorted(&photos, &geometry) && geometry.ignore_parallax();
     if ignores_parallax {
         // Without parallax there is no depth to find.
-        arranged = arrange(&photos, &placed, &geometry, &links, options, &mut ())?;
+        arranged = arrange(&photos, &placed, &geometry, &links, options, workers, &mut ()).await?;
     }
     timer.end(Stage::Depth, observer);
     let Arrangement { reference, used, picture, depths } = arranged;

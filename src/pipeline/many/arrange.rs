@@ -1,10 +1,10 @@
 //! Which photos can be shown in whose view, and on what: with a geometry, and the depth that it gives them.
 
-use super::ManyOptions;
 use super::depth::{PhotoDepth, depths};
 use super::picture::ManyPicture;
 use super::result::Photo;
 use super::view;
+use super::{ManyOptions, ManyWorkers};
 use crate::geometry::{MultiView, PairLink};
 use crate::observer::Observer;
 use crate::warp::Projection;
@@ -25,12 +25,13 @@ pub(super) struct Arrangement {
 }
 
 /// Arranges the photos that are `placed`.
-pub(super) fn arrange(
+pub(super) async fn arrange(
     photos: &[Photo<'_>],
     placed: &[usize],
     geometry: &MultiView,
     links: &[PairLink],
     options: &ManyOptions,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
 ) -> Result<Arrangement> {
     let stages = &options.stages;
@@ -42,7 +43,8 @@ pub(super) fn arrange(
     let shown = others.filter(|&photo| view::can_be_shown(&picture, photo, &sizes, geometry));
     let used: Vec<usize> = std::iter::once(reference).chain(shown).collect();
     let views: Vec<View<'_>> = photos.iter().map(Photo::view).collect();
-    let depths = depths(&views, &used, reference, geometry, links, stages.refine.as_ref(), observer)?;
+    let refine = stages.refine.as_ref();
+    let depths = depths(&views, &used, geometry, links, refine, workers, observer).await?;
     // What is farther than most of a photo may be stretched where that is not.
     let suits =
         |photo: &usize| depths[*photo].as_ref().is_none_or(|depth| picture.suits(*photo, &depth.map, &sizes, geometry));

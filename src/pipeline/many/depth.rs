@@ -1,12 +1,13 @@
 //! The inverse depth of each photo, 1/z in the unit of the cameras: from stereo with its best neighbours, where the landmarks
 //! say what to expect; a smooth surface goes through what was found, and on beyond it.
 
+use super::ManyWorkers;
 use super::carried::carried;
 use super::given::given_depth;
 use super::planes::plane_depth_of;
 use super::views::Views;
 use crate::depth::{
-    Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, SurfaceShape, dense, refine_prior, segments,
+    Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, Refined, SurfaceShape, dense, refine_prior, segments,
 };
 use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model, MultiView, MultiViewKind, PairLink, dominant_plane, plane_depth};
@@ -15,6 +16,7 @@ use crate::metrics::bending;
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::statistics::median;
+use crate::workers::Task;
 use crate::{ImageView, InverseDepth, Mask, Result, View};
 
 /// How many neighbours a photo is compared with.
@@ -69,15 +71,15 @@ struct Neighbour {
     value: f64,
 }
 
-/// The depth of every photo of `used`; `None` where landmarks are too few, and everywhere without parallax. `reference` is the
-/// photo in whose view all are shown.
-pub(super) fn depths(
+/// The depth of every photo of `used`, of which the first one is the reference, in whose view all are shown; `None` where landmarks are
+/// too few, and everywhere without parallax.
+pub(super) async fn depths(
     views: &[View<'_>],
     used: &[usize],
-    reference: usize,
     geometry: &MultiView,
     links: &[PairLink],
     refine: Option<&RefineOptions>,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Option<PhotoDepth>>> {
     let photos: &[ImageView<'_>] = &views.iter().map(|view| view.image).collect::<Vec<_>>();
@@ -87,6 +89,7 @@ pub(super) fn depths(
         Some(found.photos[usize::from(found.photos[0] == photo)])
     };
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
+    let Some(&reference) = used.first() else { return Ok(depths) };
     let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
     let mut lines: Vec<Option<Vec<LineSegment>>> = vec![None; photos.len()];
     let share = PRIORS / used.len() as f32;
@@ -112,17 +115,17 @@ pub(super) fn depths(
         };
         let poor: Vec<usize> = used.iter().copied().filter(poor).collect();
         let wanted = |neighbour: &&Neighbour| neighbour.photos.iter().any(|photo| poor.contains(photo));
-        let pairs: Vec<&Neighbour> = neighbours.iter().filter(wanted).collect();
+        let pairs: Vec<[usize; 2]> = neighbours.iter().filter(wanted).map(|neighbour| neighbour.photos).collect();
         let steps = (ROUNDS * (pairs.len() + poor.len())) as f32;
         let mut done = (round * (pairs.len() + poor.len())) as f32;
-        for neighbour in pairs {
-            observer.subject(Subject::Pair(neighbour.photos));
-            let mut portion = Portion::new(observer, done / steps, (done + 1.0) / steps);
-            if let Some(refine) = refine {
-                compare(photos, neighbour.photos, geometry, &depths, refine, &mut known, &mut portion)?;
-            }
-            done += 1.0;
+        let matching = &mut Portion::new(observer, done / steps, (done + pairs.len() as f32) / steps);
+        if let Some(refine) = refine {
+            let task = |pair: &[usize; 2]| MatchStereo::of(photos, *pair, geometry, &depths, refine);
+            let tasks: Vec<MatchStereo<'_>> = pairs.iter().filter_map(task).collect();
+            let mut take = |i: usize, found: Refined| tasks[i].add(&found, &mut known);
+            workers.perform(&tasks, &mut take, matching).await?;
         }
+        done += pairs.len() as f32;
         // Only what stereo found says where planes are.
         let compared = if round > 0 && !poor.is_empty() { Some(Views::of(photos, used)?) } else { None };
         for &photo in &poor {
@@ -263,26 +266,64 @@ pub(super) fn prior(
     Ok(Some(PhotoDepth { map, prediction_error, given: false }))
 }
 
-/// Stereo of two photos: what is found reliable is added to what is `known` of either, which stays.
-fn compare(
-    photos: &[ImageView<'_>],
-    pair: [usize; 2],
-    geometry: &MultiView,
-    depths: &[Option<PhotoDepth>],
-    refine: &RefineOptions,
-    known: &mut [Option<InverseDepth>],
-    observer: &mut dyn Observer,
-) -> Result<()> {
-    let [a, b] = pair;
-    let (Some(first), Some(second)) = (&depths[a], &depths[b]) else { return Ok(()) };
-    let (Some(forward), Some(reverse)) = (geometry.model([a, b]), geometry.model([b, a])) else { return Ok(()) };
-    let views = [(a, first), (b, second)].map(|(photo, depth)| View { image: photos[photo], depth: Some(&depth.map) });
-    let prior = Prior { error: [first.prediction_error, second.prediction_error], weak: true, reliable_only: true };
-    let found = refine_prior(views[0], views[1], &forward, &reverse, prior, refine, observer)?;
-    let [of_first, of_second] = &found.reliable;
-    let views = [(&forward, b), (&reverse, a)].map(|(model, photo)| OtherView::new(model, photos[photo].size()));
-    add(&mut known[a], &found.target, of_first, &views[0])?;
-    add(&mut known[b], &found.reference, of_second, &views[1])
+/// The task to match two photos pixel by pixel.
+pub(crate) struct MatchStereo<'a> {
+    /// Indices of both.
+    pub photos: [usize; 2],
+    /// Both, with the maps to start from.
+    pub views: [View<'a>; 2],
+    /// From the first one to the second, and back.
+    pub models: [Model; 2],
+    /// With which the maps predict inliers: see [`Prior`].
+    pub error: [f64; 2],
+    pub options: RefineOptions,
+}
+
+impl<'a> MatchStereo<'a> {
+    /// `None` where the photos have no depth to start from.
+    fn of(
+        photos: &[ImageView<'a>],
+        pair: [usize; 2],
+        geometry: &MultiView,
+        depths: &'a [Option<PhotoDepth>],
+        options: &RefineOptions,
+    ) -> Option<Self> {
+        let [a, b] = pair;
+        let view = |photo: usize, depth: &'a PhotoDepth| View { image: photos[photo], depth: Some(&depth.map) };
+        let (first, second) = (depths[a].as_ref()?, depths[b].as_ref()?);
+        Some(Self {
+            photos: pair,
+            views: [view(a, first), view(b, second)],
+            models: [geometry.model([a, b])?, geometry.model([b, a])?],
+            error: [first.prediction_error, second.prediction_error],
+            options: *options,
+        })
+    }
+
+    /// Adds what was found reliable to what is `known` of either photo, which stays.
+    fn add(&self, found: &Refined, known: &mut [Option<InverseDepth>]) -> Result<()> {
+        let [a, b] = self.photos;
+        let [of_first, of_second] = &found.reliable;
+        let [forward, reverse] = &self.models;
+        let [first, second] = self.views.map(|view| view.image.size());
+        add(&mut known[a], &found.target, of_first, &OtherView::new(forward, second))?;
+        add(&mut known[b], &found.reference, of_second, &OtherView::new(reverse, first))
+    }
+}
+
+impl Task for MatchStereo<'_> {
+    type Output = Refined;
+
+    fn subject(&self) -> Subject {
+        Subject::Pair(self.photos)
+    }
+
+    fn perform(&self, observer: &mut dyn Observer) -> Result<Refined> {
+        let [first, second] = self.views;
+        let [forward, reverse] = &self.models;
+        let prior = Prior { error: self.error, weak: true, reliable_only: true };
+        refine_prior(first, second, forward, reverse, prior, &self.options, observer)
+    }
 }
 
 /// Adds what is reliable, and does not land next to the border of the other photo, where nothing is known yet.

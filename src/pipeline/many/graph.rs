@@ -1,10 +1,13 @@
 //! The pair graph: which photos overlap, and the matches that say so.
 
-use crate::features::{Features, MatchOptions, detect, match_features, matches_of};
+use super::ManyWorkers;
+use crate::features::{Features, MatchOptions, match_features, matches_of};
 use crate::geometry::{EstimateOptions, ModelKind, PairLink, two_view_geometry};
 use crate::observer::{Observer, Portion, Subject};
+use crate::pipeline::Detect;
 use crate::pipeline::models::if_possible;
 use crate::pipeline::options::Options;
+use crate::workers::Task;
 use crate::{ImageView, Result, Stage};
 
 /// Up to so many photos all pairs are matched; beyond, each photo with so many others.
@@ -47,53 +50,94 @@ pub(super) struct Graph {
 }
 
 /// Detects the features of every photo.
-pub(super) fn features(
+pub(super) async fn features(
     photos: &[ImageView<'_>],
     options: &Options,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Features>> {
-    let all = photos.len() as f32;
-    let one = |(i, photo): (usize, &ImageView<'_>)| {
-        observer.subject(Subject::Photo(i));
-        let mut portion = Portion::new(observer, i as f32 / all, (i + 1) as f32 / all);
-        Ok(matched(detect(*photo, &options.features.detect, &mut portion)?))
+    let options = &options.features.detect;
+    let task = |(i, &photo)| Detect { subject: Subject::Photo(i), photo, options };
+    let tasks: Vec<Detect<'_>> = photos.iter().enumerate().map(task).collect();
+    let mut found = Vec::with_capacity(tasks.len());
+    let mut take = |_, features| {
+        found.push(matched(features));
+        Ok(())
     };
-    photos.iter().enumerate().map(one).collect()
+    workers.perform(&tasks, &mut take, observer).await?;
+    Ok(found)
 }
 
 /// The features of a photo that are matched: the strongest ones.
-pub(super) fn matched(mut features: Features) -> Features {
+fn matched(mut features: Features) -> Features {
     features.keypoints.truncate(FEATURES);
     features.descriptors.truncate(FEATURES);
     features
 }
 
 /// Compares the photos, pair by pair.
-pub(super) fn pair_graph(features: &[Features], options: &Options, observer: &mut dyn Observer) -> Result<Graph> {
+pub(super) async fn pair_graph(
+    features: &[Features],
+    options: &Options,
+    workers: &dyn ManyWorkers,
+    observer: &mut dyn Observer,
+) -> Result<Graph> {
     let candidates = candidates(features, &options.features.matching, &mut Portion::new(observer, 0.0, 0.2))?;
+    let strongest_first = features.len() > CANDIDATES;
+    let task = |photos: [usize; 2]| MatchPhotos {
+        photos,
+        features: photos.map(|photo| &features[photo]),
+        strongest_first,
+        options,
+    };
+    let tasks: Vec<MatchPhotos<'_>> = candidates.into_iter().map(task).collect();
     let mut graph = Graph::default();
-    let all = candidates.len() as f32;
-    for (i, photos) in candidates.into_iter().enumerate() {
-        observer.subject(Subject::Pair(photos));
-        let mut portion = Portion::new(observer, 0.2 + 0.8 * i as f32 / all, 0.2 + 0.8 * (i + 1) as f32 / all);
-        let [a, b] = photos.map(|photo| &features[photo]);
-        let large = features.len() > CANDIDATES && a.keypoints.len().max(b.keypoints.len()) > FIRST;
-        let few = large.then(|| [a, b].map(|features| strongest(features, FIRST)));
-        let found = match &few {
-            Some([a, b]) => Some(compare(photos, [a, b], options, &mut Portion::new(&mut portion, 0.0, QUICK))?),
-            None => None,
-        };
-        let (pair, link) = match found.filter(|(pair, _)| pair.inliers >= ENOUGH) {
-            Some(found) => found,
-            None => {
-                let from = if few.is_some() { QUICK } else { 0.0 };
-                compare(photos, [a, b], options, &mut Portion::new(&mut portion, from, 1.0))?
-            }
-        };
+    let mut take = |_, MatchedPhotos { pair, link }: MatchedPhotos| {
         graph.links.extend(link);
         graph.pairs.push(pair);
-    }
+        Ok(())
+    };
+    workers.perform(&tasks, &mut take, &mut Portion::new(observer, 0.2, 1.0)).await?;
     Ok(graph)
+}
+
+/// The task to match two photos.
+pub(crate) struct MatchPhotos<'a> {
+    /// Indices of both.
+    pub photos: [usize; 2],
+    pub features: [&'a Features; 2],
+    /// Whether the strongest features will do if enough of them agree.
+    pub strongest_first: bool,
+    pub options: &'a Options,
+}
+
+/// What came of it.
+pub(crate) struct MatchedPhotos {
+    pub pair: PhotoPair,
+    /// What ties them together, if anything does.
+    pub link: Option<PairLink>,
+}
+
+impl Task for MatchPhotos<'_> {
+    type Output = MatchedPhotos;
+
+    fn subject(&self) -> Subject {
+        Subject::Pair(self.photos)
+    }
+
+    fn perform(&self, observer: &mut dyn Observer) -> Result<MatchedPhotos> {
+        let Self { photos, features: [a, b], options, .. } = *self;
+        let mut from = 0.0;
+        if self.strongest_first && a.keypoints.len().max(b.keypoints.len()) > FIRST {
+            let [a, b] = [a, b].map(|features| strongest(features, FIRST));
+            let found = compare(photos, [&a, &b], options, &mut Portion::new(observer, 0.0, QUICK))?;
+            if found.pair.inliers >= ENOUGH {
+                return Ok(found);
+            }
+            from = QUICK;
+        }
+        compare(photos, [a, b], options, &mut Portion::new(observer, from, 1.0))
+    }
 }
 
 /// The pairs that are worth a comparison.
@@ -138,7 +182,7 @@ fn compare(
     [a, b]: [&Features; 2],
     options: &Options,
     observer: &mut dyn Observer,
-) -> Result<(PhotoPair, Option<PairLink>)> {
+) -> Result<MatchedPhotos> {
     let pairs = match_features(a, b, &options.features.matching, &mut Portion::new(observer, 0.0, 0.7))?;
     let matches = matches_of(a, b, &pairs);
     let mut pair = PhotoPair { photos, matches: matches.len(), inliers: 0, linked: false };
@@ -146,7 +190,7 @@ fn compare(
     // Its own stages run once for every pair.
     let verifying = &mut Portion::of_stage(observer, Stage::Match, 1.0, 1.0);
     let found = two_view_geometry(&matches, [a.size, b.size], &estimate, verifying);
-    let Some(found) = if_possible(found)? else { return Ok((pair, None)) };
+    let Some(found) = if_possible(found)? else { return Ok(MatchedPhotos { pair, link: None }) };
     let flags = &found.estimate.inliers;
     pair.inliers = flags.iter().filter(|flag| **flag).count();
     pair.linked = pair.inliers >= FEWEST;
@@ -158,7 +202,7 @@ fn compare(
         model: found.estimate.forward,
         kind: if found.samples.is_some() { ModelKind::TwoView } else { ModelKind::Homography },
     });
-    Ok((pair, link))
+    Ok(MatchedPhotos { pair, link })
 }
 
 /// The photos of the largest group that links connect, ascending; of several the one with the first photo. With a `reference`

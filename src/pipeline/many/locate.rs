@@ -1,12 +1,11 @@
 //! Where the photos were taken from, by their matches: features → pair graph → geometry.
 
-use super::ManyOptions;
-use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, matched, pair_graph};
+use super::graph::{FEWEST, Graph, PhotoPair, features, largest_group, pair_graph};
 use super::guided::{more_matches, refine};
 use super::memory::Budget;
 use super::result::{Photo, PhotoCode};
 use super::undistorted::UndistortedPhotos;
-use crate::features::Features;
+use super::{ManyOptions, ManyWorkers};
 use crate::geometry::{Camera, Distortion, Lens, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::observer::{Observer, Portion, Subject, report};
 use crate::pipeline::timer::StageTimer;
@@ -27,31 +26,25 @@ pub(super) struct Located {
     pub undistorted: Option<UndistortedPhotos>,
 }
 
-/// Finds the geometry of photos, whose features may be known.
-pub(super) fn locate(
+/// Finds the geometry of photos.
+pub(super) async fn locate(
     given: &[Photo<'_>],
-    known: Option<Vec<Features>>,
     options: &ManyOptions,
     budget: &mut Budget<'_>,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Located> {
     let stages = &options.stages;
-    let mut features = match known {
-        Some(known) => known.into_iter().map(matched).collect(),
-        None => {
-            let images: Vec<ImageView<'_>> = given.iter().map(|photo| photo.image).collect();
-            let found = features(&images, stages, observer)?;
-            timer.end(Stage::Detect, observer);
-            found
-        }
-    };
+    let images: Vec<ImageView<'_>> = given.iter().map(|photo| photo.image).collect();
+    let mut features = features(&images, stages, workers, observer).await?;
+    timer.end(Stage::Detect, observer);
     let distortion = options.distortion.filter(|known| *known != 0.0);
     let mut undistorted = match distortion {
         Some(known) => Some(UndistortedPhotos::of(given, &mut features, Distortion(known), budget)?),
         None => None,
     };
-    let mut graph = pair_graph(&features, stages, observer)?;
+    let mut graph = pair_graph(&features, stages, workers, observer).await?;
     timer.end(Stage::Match, observer);
 
     observer.subject(Subject::All);

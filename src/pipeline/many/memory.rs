@@ -70,8 +70,8 @@ impl<'a> Budget<'a> {
 
     /// How many times over all of it may be taken, before the canvas is known.
     #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
-    pub fn times(&self) -> f64 {
-        (self.limit / self.bytes((0, 0)).max(1)) as f64
+    pub fn times(&self) -> u64 {
+        self.limit / self.bytes((0, 0)).max(1)
     }
 
     /// What is predicted with this canvas.

@@ -29,18 +29,22 @@ mod visible;
 pub use align::{ManyAlignment, align_many};
 #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
 pub(crate) use check::{check_count, check_sizes};
+pub(crate) use depth::MatchStereo;
+pub(crate) use graph::MatchPhotos;
+#[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
+pub(crate) use graph::MatchedPhotos;
 pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 
-use super::Crops;
 use super::align::void_distance;
 use super::options::Options;
 use super::timer::StageTimer;
-use crate::features::Features;
+use super::{Crops, Detect};
 use crate::mosaic::{Added, Composition, Exposure, FillGuide, FillMethod, Layer, crop, fill};
 use crate::observer::{Observer, Portion, Subject};
 use crate::report::Warning;
 use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
+use crate::workers::{Workers, without_waiting};
 use crate::{Error, Image, InverseDepth, Result, Stage, View};
 use align::align_timed;
 use check::check;
@@ -64,6 +68,17 @@ pub struct ManyOptions {
     pub distortion: Option<f64>,
 }
 
+/// Who performs the tasks of many photos.
+pub(crate) trait ManyWorkers:
+    for<'a> Workers<Detect<'a>> + for<'a> Workers<MatchPhotos<'a>> + for<'a> Workers<MatchStereo<'a>>
+{
+}
+
+impl<W> ManyWorkers for W where
+    W: for<'a> Workers<Detect<'a>> + for<'a> Workers<MatchPhotos<'a>> + for<'a> Workers<MatchStereo<'a>>
+{
+}
+
 /// Stitches photos of one scene, taken from wherever, in any order.
 ///
 /// Masked pixels ([`ImageView`](crate::ImageView)) take part in nothing. Photos that do not belong, or cannot be shown, are left out, and
@@ -72,29 +87,22 @@ pub struct ManyOptions {
 /// # Errors
 /// Those of [`align_many`]; `too-large` also once the size of the canvas is known; those of [`warp`](crate::warp::warp) and [`fill`].
 pub fn stitch_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<StitchedMany> {
-    stitch_many_precomputed(photos, None, options, observer)
+    without_waiting(stitch_many_with_workers(photos, options, &(), observer))
 }
 
-/// As [`stitch_many`], with the features of all photos where they are known, as [`detect`](crate::features::detect) finds them with
-/// the same options.
-///
-/// # Errors
-/// As [`stitch_many`], and `invalid-argument` for features of photos of other sizes, or of more or fewer photos.
-pub fn stitch_many_precomputed(
+/// As [`stitch_many`], with tasks left to workers.
+pub(crate) async fn stitch_many_with_workers(
     photos: &[Photo<'_>],
-    features: Option<Vec<Features>>,
     options: &ManyOptions,
+    workers: &dyn ManyWorkers,
     observer: &mut dyn Observer,
 ) -> Result<StitchedMany> {
     let mut budget = check(photos, options)?;
-    if let Some(features) = &features {
-        check_features(features, photos)?;
-    }
     let stages = &options.stages;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
     let given = &visible.photos(photos)[..];
-    let mut alignment = align_timed(given, features, options, &mut budget, observer, &mut timer)?;
+    let mut alignment = align_timed(given, options, &mut budget, workers, observer, &mut timer).await?;
     let undistorted = alignment.undistorted.take();
     let distortion = undistorted.as_ref().map_or(0.0, |undistorted| undistorted.distortion.0);
     let photos = &UndistortedPhotos::shown(&undistorted, given)[..];
@@ -170,15 +178,6 @@ pub fn stitch_many_precomputed(
         warnings: warnings.into_iter().filter(|(applies, _)| *applies).map(|(_, warning)| warning).collect(),
         times: timer.into_times(),
     })
-}
-
-/// Refuses features that are not those of the photos.
-fn check_features(features: &[Features], photos: &[Photo<'_>]) -> Result<()> {
-    if features.len() != photos.len() {
-        let (expected, value) = ("those of every photo", features.len() as f64);
-        return Err(Error::InvalidArgument { name: "features", expected, value }.into());
-    }
-    features.iter().zip(photos).try_for_each(|(features, photo)| features.check_size(photo.image.size()))
 }
 
 /// The picture as it grows.

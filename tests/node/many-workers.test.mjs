@@ -1,0 +1,94 @@
+// `stitchMany` by several workers, of photos with parallax: every kind of task is shared.
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { availableParallelism } from "node:os";
+import { before, test } from "node:test";
+import { stitchMany } from "depthstitch";
+import { decodeImage } from "depthstitch/codecs";
+import { rejection } from "./sample.mjs";
+import { started } from "./threads.mjs";
+
+/** @typedef {import("depthstitch").Progress} Progress */
+
+const SET = new URL("../../target/sample-set/", import.meta.url);
+const skip = availableParallelism() < 2 && "one processor";
+
+/** @type {import("depthstitch").ImageOutput[]} */
+let photos;
+before(async () => {
+  const files = JSON.parse(await readFile(new URL("case.json", SET), "utf8")).photos;
+  const read = async (/** @type {string} */ file) =>
+    decodeImage(await readFile(new URL(file, SET)));
+  photos = await Promise.all(files.map(read));
+});
+
+test("two and four workers make what one makes", { skip }, async () => {
+  const { times: alone, ...expected } = await stitchMany(photos, { workers: 1 });
+  assert.equal(expected.geometry, "cameras");
+  for (const workers of /** @type {const} */ ([2, 4])) {
+    const threads = await started(async () => {
+      const { times, ...found } = await stitchMany(photos, { workers });
+      assert.deepEqual(found, expected);
+      assert.deepEqual(Object.keys(times), Object.keys(alone));
+    });
+    // One whose memory has grown large ends when its tasks are done.
+    assert.ok(threads.length >= workers, `${threads.length} of ${workers}`);
+  }
+});
+
+test("progress of a stage grows, and names every photo and pair", async () => {
+  /** @type {Map<string, Progress[]>} */
+  const stages = new Map();
+  await stitchMany(photos, {
+    workers: 2,
+    onProgress: (progress) =>
+      void stages.set(progress.stage, [...(stages.get(progress.stage) ?? []), progress]),
+  });
+  for (const [stage, reports] of stages) {
+    const fractions = reports.map(({ fraction }) => fraction);
+    assert.deepEqual(
+      fractions,
+      [...fractions].sort((a, b) => a - b),
+      stage,
+    );
+  }
+  const named = (/** @type {string} */ stage) =>
+    new Set(stages.get(stage)?.map(({ photo, pair }) => `${photo ?? pair}`));
+  photos.forEach((_, i) => assert.ok(named("detect").has(`${i}`)));
+  photos.forEach((_, b) => {
+    for (let a = 0; a < b; a++) assert.ok(named("match").has(`${a},${b}`));
+  });
+  assert.ok(named("depth").has("0,1"));
+});
+
+for (const during of /** @type {const} */ (["detect", "match", "depth"])) {
+  test(`aborting while they share the stage ${during} ends the call`, { skip }, async () => {
+    const controller = new AbortController();
+    const { signal } = controller;
+    /** @param {Progress} progress */
+    const onProgress = ({ stage }) => void (stage === during && controller.abort());
+    const error = await rejection(stitchMany(photos, { workers: 2, signal, onProgress }));
+    assert.equal(error.name, "AbortError");
+  });
+
+  test(
+    `either may die during ${during}: the call rejects, the next one works`,
+    { skip },
+    async () => {
+      for (const which of [0, 1]) {
+        await started(async (workers) => {
+          /** @param {Progress} progress */
+          const onProgress = ({ stage, fraction }) => {
+            const thread = which === 0 ? workers[0] : workers.at(-1);
+            if (stage === during && fraction > 0 && workers.length > 1) void thread?.terminate();
+          };
+          const error = await rejection(stitchMany(photos, { workers: 2, onProgress }));
+          // It may have been about to start.
+          assert.match(error.code, /^(internal|load-failed)$/);
+          assert.match(error.message, /worker/);
+        });
+      }
+      assert.ok((await stitchMany(photos, { workers: 2 })).mosaic.width > 0);
+    },
+  );
+}
