@@ -91,13 +91,15 @@ async function share(
   others: Others | undefined,
 ): Promise<Result> {
   const options = call.args.at(-1);
+  let failed: { error: unknown } | undefined;
   let wake = () => {};
   const perform = (task: string, args: unknown[]) => {
     const outcome: { result?: Result } = {};
-    void others?.perform({ name: task, args: [...args, options] } as Call).then((result) => {
-      outcome.result = result;
-      wake();
-    });
+    others
+      ?.perform({ name: task, args: [...args, options] } as Call)
+      .then((result) => (outcome.result = result))
+      .catch((error: unknown) => (failed = { error }))
+      .finally(() => wake());
     return outcome;
   };
   const workers = others && { others: others.count, perform };
@@ -111,6 +113,7 @@ async function share(
   };
   const running = begin();
   for (;;) {
+    if (failed) throw failed.error;
     const result = onModule(name, () => running.step() as Result | undefined);
     if (result !== undefined) {
       running.free();

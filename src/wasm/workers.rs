@@ -15,6 +15,7 @@ use crate::observer::{Observer, Portion, Subject, report};
 use crate::pipeline::Detect;
 use crate::workers::{Take, Task, Work, Workers};
 use crate::{Result, Stage};
+
 /// A task as a call of the module in another worker.
 pub(super) trait SharedTask: Task {
     /// The name of the call.
@@ -66,24 +67,22 @@ impl JsWorkers {
                 begun.push(self.perform.as_ref().map(|perform| tasks.begin_elsewhere(begun.len(), perform)));
                 elsewhere += 1;
             }
-            match begun.get(taken) {
-                Some(None) => {
+            if let Some(outcome) = begun.get_mut(taken) {
+                let Some(object) = outcome.take() else {
                     tasks.take_own(taken)?;
                     taken += 1;
                     continue;
+                };
+                let result = get(&object, "result");
+                if !result.is_undefined() {
+                    (elsewhere, done) = (elsewhere - 1, done + 1);
+                    observer.subject(tasks.subject(taken));
+                    report(observer, stage, done as f32 / all as f32)?;
+                    tasks.take_from_others(taken, &result)?;
+                    taken += 1;
+                    continue;
                 }
-                Some(Some(outcome)) => {
-                    let result = get(outcome, "result");
-                    if !result.is_undefined() {
-                        (elsewhere, done) = (elsewhere - 1, done + 1);
-                        observer.subject(tasks.subject(taken));
-                        report(observer, stage, done as f32 / all as f32)?;
-                        tasks.take_from_others(taken, &result)?;
-                        taken += 1;
-                        continue;
-                    }
-                }
-                None => {}
+                *outcome = Some(object);
             }
             let next = begun.len();
             if next < all {
