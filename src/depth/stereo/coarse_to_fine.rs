@@ -7,7 +7,7 @@ use super::extrapolation::extrapolated;
 use super::gray::{Gray, MARGIN};
 use super::semi_global::aggregate;
 use super::subpixel::{SPAN, refine_subpixel};
-use crate::image::{filled, marked, zeroed};
+use crate::image::{filled, marked, reserve, zeroed};
 use crate::observer::{Observer, report};
 use crate::upsampling::neighbours;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
@@ -89,7 +89,7 @@ pub(super) fn coarse_to_fine(
         report(observer, Stage::Refine, done)?;
         sides[i].shifts = subpixel_shifts(&mut sides, i, last, options)?;
     }
-    sides.iter_mut().try_for_each(|side| side.finish(last))?;
+    sides.iter_mut().try_for_each(|side| side.finish(last, options.reliable_only))?;
     Ok(sides.map(|side| {
         let (width, height) = side.lines.prior.size();
         let reliable = Mask::from_bytes(side.reliable, width, height);
@@ -120,7 +120,7 @@ fn search(
     let mut found: [Vec<f32>; 2] = Default::default();
     for (i, found) in found.iter_mut().enumerate() {
         let (own, other) = (&sides[i], &sides[1 - i]);
-        let middle = labels(&own.shifts_at(level)?, step)?;
+        let middle = labels(&own.shifts_at(level, None)?, step)?;
         let (from, to, lines) = (&own.pyramid[level], &other.pyramid[level], &own.lines);
         let search = Search { from, to, lines, scale, step, middle: &middle, range, leaving_cost, every: 1 };
         *found = aggregate(&search, &mut |fraction| progress(i, fraction))?;
@@ -209,8 +209,8 @@ impl<'a> Side<'a> {
     }
 
     /// The corrections of the level above, upsampled to `level`: of the four nearest pixels that of the one with the most
-    /// similar gray value. 0 when that level was not searched.
-    fn shifts_at(&self, level: usize) -> Result<Vec<f32>> {
+    /// similar gray value. 0 when that level was not searched, and of pixels that are not `wanted`.
+    fn shifts_at(&self, level: usize, wanted: Option<&[u8]>) -> Result<Vec<f32>> {
         let own = &self.pyramid[level];
         let mut shifts = zeroed(own.width * own.height)?;
         let above = match self.pyramid.get(level + 1) {
@@ -221,7 +221,11 @@ impl<'a> Side<'a> {
             let rows = neighbours(y, above.height).map(|v| {
                 (&above.row(v as isize)[MARGIN..][..above.width], &self.shifts[v * above.width..][..above.width])
             });
+            let wanted = wanted.map(|wanted| &wanted[y * own.width..]);
             for (x, (out, value)) in out.iter_mut().zip(&own.row(y as isize)[MARGIN..]).enumerate() {
+                if wanted.is_some_and(|wanted| wanted[x] == 0) {
+                    continue;
+                }
                 let columns = neighbours(x, above.width);
                 // The difference, and two levels for each step from the nearest pixel; of equal ones the first.
                 let rank = |i: usize| {
@@ -256,20 +260,23 @@ impl<'a> Side<'a> {
     }
 
     /// Takes corrections and reliable pixels of level `last`, which is the first or the second, to the full size, and leaves nothing but the
-    /// depth and the marks.
-    fn finish(&mut self, last: usize) -> Result<()> {
+    /// depth and the marks. With `reliable_only` depth is 0 elsewhere.
+    fn finish(&mut self, last: usize, reliable_only: bool) -> Result<()> {
         if last > 0 {
-            self.shifts = self.shifts_at(0)?;
             let (photo, half) = (&self.pyramid[0], &self.pyramid[1]);
             let mut reliable = zeroed(photo.width * photo.height)?;
             for (y, row) in reliable.chunks_exact_mut(photo.width).enumerate() {
                 let halves = &self.reliable[y / 2 * half.width..];
                 row.iter_mut().enumerate().for_each(|(x, reliable)| *reliable = halves[x / 2]);
             }
+            self.shifts = self.shifts_at(0, reliable_only.then_some(&reliable))?;
             self.reliable = reliable;
         }
-        let shifts = std::mem::take(&mut self.shifts);
-        self.correct(0, shifts)?;
+        let wanted = |reliable: &u8| if reliable_only && *reliable == 0 { 0.0 } else { f32::NAN };
+        self.depth = Vec::new();
+        reserve(&mut self.depth, self.shifts.len())?;
+        self.depth.extend(self.reliable.iter().map(wanted));
+        self.update_depth(0);
         (self.shifts, self.pyramid) = Default::default();
         Ok(())
     }
