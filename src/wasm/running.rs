@@ -11,8 +11,21 @@ use super::observer::JsObserver;
 use super::workers::JsWorkers;
 use crate::{Result, Stage};
 
+/// As the declaration that is generated has a symbol that older TypeScript does not know.
+#[wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = "
+/** A call that has begun. */
+export interface Running {
+    /** Goes on: gives the result, after which there is no other step, or undefined. */
+    step(): unknown;
+    /** Whether another step is of no use before a task is done. */
+    readonly waits: boolean;
+    free(): void;
+}
+";
+
 /// A call that has begun.
-#[wasm_bindgen]
+#[wasm_bindgen(skip_typescript)]
 pub struct Running {
     work: Pin<Box<dyn Future<Output = std::result::Result<JsValue, JsValue>>>>,
     waits: Rc<Cell<bool>>,
