@@ -24,9 +24,7 @@ export function start(name: ModuleName, module: WebAssembly.Module): Promise<voi
 
 /** Bytes of a module's memory on this thread, which never shrinks. */
 export function memoryOf(name: ModuleName): number {
-  return name === "many"
-    ? many.call((raw) => raw.peakMemory())
-    : core.call((raw) => raw.peakMemory());
+  return onModule(name, (raw) => raw.peakMemory());
 }
 
 /** Other workers that take tasks of a call. */

@@ -365,16 +365,9 @@ fn depth_is_given_away_as_soon_as_nothing_reads_it() {
         let kept = run(photos, options);
         let mut given = [None, None];
         let mut take = |side: usize, map: Cow<'_, InverseDepth>| given[side] = Some((map.into_owned(), stage.get()));
-        let views = [photos.target(), photos.reference()];
-        let found = stitch_with_depth_sink(
-            Some(&photos.matches),
-            views[0],
-            views[1],
-            options,
-            Some(&mut take),
-            &mut Current(&stage),
-        )
-        .unwrap();
+        let (matches, target, reference) = (Some(&photos.matches[..]), photos.target(), photos.reference());
+        let mut stages = Current(&stage);
+        let found = stitch_with_depth_sink(matches, target, reference, options, Some(&mut take), &mut stages).unwrap();
         assert_eq!(found.depth, [None, None]);
         assert_eq!(found.mosaic, kept.mosaic);
         let stages = given.each_ref().map(|map| map.as_ref().map(|(_, stage)| *stage));

@@ -51,8 +51,12 @@ export async function serve(
     });
   try {
     await start(name, module);
+    let held = COPYING.has(call.name);
     const onProgress = (progress: Progress) => {
-      if (progress.stage !== "input" && COPYING.has(call.name)) release(call.args);
+      if (held && progress.stage !== "input") {
+        release(call.args);
+        held = false;
+      }
       post({ progress }, []);
     };
     const result = await run(call, name, onProgress, { count: others, perform });

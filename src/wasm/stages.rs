@@ -52,11 +52,7 @@ pub fn stitch(
         let start = observer.now();
         observer.progress(Stage::Input, 0.0);
         let options = options::from_js(&options)?;
-        let check = |job: Job| {
-            let memory = Memory::of(job, &options);
-            workers.limit(memory.times(job.photos[1]));
-            memory.check(job.photos[1])
-        };
+        let check = |job: Job| workers.check(&Memory::of(job, &options), job.photos[1]);
         let photos = Photos::read(&target, &reference, &inputs, &check)?;
         let matches = matches::optional(&inputs)?;
         let input_time = observer.now() - start;
@@ -184,11 +180,7 @@ pub fn align(
 ) -> Running {
     Running::new(on_progress, workers, async move |observer, workers| {
         let options = options::from_js(&options)?;
-        let check = |job: Job| {
-            let memory = Memory::of(job, &options);
-            workers.limit(memory.times((0, 0)));
-            memory.check((0, 0))
-        };
+        let check = |job: Job| workers.check(&Memory::of(job, &options), (0, 0));
         let photos = Photos::read(&target, &reference, &inputs, &check)?;
         let given = matches::optional(&inputs)?;
         let views = [photos.target(), photos.reference()];

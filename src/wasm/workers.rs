@@ -12,7 +12,7 @@ use super::convert::{get, image_to_js};
 use super::matches;
 use crate::features::Features;
 use crate::observer::{Observer, Portion, Subject, report};
-use crate::pipeline::Detect;
+use crate::pipeline::{Detect, Memory};
 use crate::workers::{Take, Task, Work, Workers};
 use crate::{Result, Stage};
 
@@ -53,6 +53,12 @@ impl JsWorkers {
     pub fn limit(&self, times: u64) {
         let others = usize::try_from(times.saturating_sub(1)).unwrap_or(usize::MAX);
         self.others.set(self.others.get().min(others));
+    }
+
+    /// Refuses a job of two photos that would take too much memory with this canvas, and [limits](Self::limit) the workers for it.
+    pub fn check(&self, memory: &Memory<'_>, canvas: (usize, usize)) -> Result<()> {
+        self.limit(memory.times(canvas));
+        memory.check(canvas)
     }
 
     /// Performs tasks here and elsewhere, in the order in which their results are taken: so few of them have to be kept.
