@@ -7,6 +7,8 @@ use crate::statistics::median;
 
 /// Iterations of reweighted least squares; the plane hardly changes after ten.
 const ITERATIONS: usize = 20;
+/// Points whose normal equations have a pivot below this share of its diagonal entry lie on one line.
+const MIN_PIVOT: f64 = 1e-10;
 
 /// A point of one photo with its inverse depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,10 +69,43 @@ pub(crate) fn weighted_plane<'a>(points: impl Iterator<Item = (&'a DepthSample, 
         normal.syger(weight, &p, &p, 1.0);
         right += p * (weight * m.depth);
     }
-    Some(normal.cholesky()?.solve(&right).into())
+    let factor = normal.cholesky()?;
+    let pivot = |i: usize| factor.l_dirty()[(i, i)];
+    (0..3).all(|i| pivot(i) * pivot(i) > MIN_PIVOT * normal[(i, i)]).then(|| factor.solve(&right).into())
 }
 
 /// The plane's inverse depth at a point.
 pub(crate) fn plane_depth([a, b, c]: [f64; 3], [x, y]: [f64; 2]) -> f64 {
     a * x + b * y + c
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn samples(points: impl Iterator<Item = [f64; 2]>) -> Vec<DepthSample> {
+        points
+            .map(|point| DepthSample { point, depth: plane_depth([1e-4, -2e-4, 0.5], point), parallax: 100.0 })
+            .collect()
+    }
+
+    #[test]
+    fn a_small_spot_far_away_has_its_plane() {
+        let spot = samples((0..30).map(|i| [5900.0 + f64::from(i % 6), 3900.0 + f64::from(i / 6)]));
+        let plane = dominant_plane(&spot, 1.0).unwrap();
+        for [x, y] in [[5900.0, 3900.0], [5800.0, 3950.0]] {
+            assert!((plane_depth(plane, [x, y]) - plane_depth([1e-4, -2e-4, 0.5], [x, y])).abs() < 1e-4, "{plane:?}");
+        }
+    }
+
+    #[test]
+    fn points_on_a_line_have_none() {
+        for slope in (0..200).map(|i| 0.013 * f64::from(i) - 1.3) {
+            for count in [1, 2, 12] {
+                let line = samples((0..count).map(|i| 17.3 * f64::from(i)).map(|x| [x, slope * x + 284.5]));
+                assert_eq!(dominant_plane(&line, 1.0), None, "{count} points, slope {slope}");
+            }
+        }
+    }
 }

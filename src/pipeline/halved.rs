@@ -30,21 +30,34 @@ pub(super) fn half_size((width, height): Size) -> Size {
     (width.div_ceil(2), height.div_ceil(2))
 }
 
-/// Two photos at half their size. Pixel x there is at 2x + ½ here, in both photos.
+/// Two photos, halved once or more. Of photos at 1/n of their size, pixel x is at nx + (n − 1)/2 of the photos as they were.
 pub(super) struct Halved {
     photos: [Image; 2],
-    sizes: [Size; 2],
+    /// Sizes before each halving, the photos' own first.
+    sizes: Vec<[Size; 2]>,
 }
 
 impl Halved {
     /// `None` of photos that are aligned as they are.
     pub fn of(views: [View<'_>; 2], options: &Options) -> Result<Option<Self>> {
-        let sizes = views.map(|view| view.image.size());
-        if !is_halved(sizes, views.iter().all(|view| view.depth.is_none()), options) {
-            return Ok(None);
+        let alone = views.iter().all(|view| view.depth.is_none());
+        let (mut sizes, mut size) = (Vec::new(), views.map(|view| view.image.size()));
+        let mut photos: Option<[Image; 2]> = None;
+        while is_halved(size, alone, options) {
+            let [target, reference] = match &photos {
+                Some(photos) => photos.each_ref().map(Image::view),
+                None => views.map(|view| view.image),
+            };
+            photos = Some([half(target)?, half(reference)?]);
+            sizes.push(size);
+            size = size.map(half_size);
         }
-        let photos = [half(views[0].image)?, half(views[1].image)?];
-        Ok(Some(Self { photos, sizes }))
+        Ok(photos.map(|photos| Self { photos, sizes }))
+    }
+
+    /// The photos as they were are so many times as large.
+    fn factor(&self) -> f64 {
+        (1u32 << self.sizes.len()).into()
     }
 
     /// The photos.
@@ -52,32 +65,35 @@ impl Halved {
         self.photos.each_ref().map(|photo| View { image: photo.view(), depth: None })
     }
 
-    /// Matches in pixels of the photos as they were.
+    /// Matches of the photos as they were, in pixels of these.
     pub fn matches(&self, matches: &[Match]) -> Result<Vec<Match>> {
-        moved(matches, &|at| 0.5 * (at - 0.5))
+        let factor = self.factor();
+        moved(matches, &|at| (at + 0.5) / factor - 0.5)
     }
 
-    /// Features in pixels of the photos as they were.
+    /// Features of the photos as they were, in pixels of these.
     pub fn features(&self, mut features: [Features; 2]) -> [Features; 2] {
-        for features in &mut features {
+        let factor = self.factor() as f32;
+        for (features, photo) in features.iter_mut().zip(&self.photos) {
             for keypoint in &mut features.keypoints {
-                keypoint.x = 0.5 * (keypoint.x - 0.5);
-                keypoint.y = 0.5 * (keypoint.y - 0.5);
-                keypoint.scale *= 0.5;
+                keypoint.x = (keypoint.x + 0.5) / factor - 0.5;
+                keypoint.y = (keypoint.y + 0.5) / factor - 0.5;
+                keypoint.scale /= factor;
             }
-            features.size = half_size(features.size);
+            features.size = photo.size();
         }
         features
     }
 
-    /// Options, with those in pixels halved.
+    /// Options, with those in pixels in pixels of these.
     pub fn options(&self, options: &Options) -> Options {
+        let factor = self.factor();
         let threshold = match options.estimate.threshold {
-            Threshold::Pixels(pixels) => Threshold::Pixels(0.5 * pixels),
+            Threshold::Pixels(pixels) => Threshold::Pixels(pixels / factor),
             normalised => normalised,
         };
-        let focal = options.estimate.focal.map(|focal| 0.5 * focal);
-        let refine = options.refine.map(|refine| RefineOptions { range: refine.range.map(|range| 0.5 * range) });
+        let focal = options.estimate.focal.map(|focal| focal / factor);
+        let refine = options.refine.map(|refine| RefineOptions { range: refine.range.map(|range| range / factor) });
         Options {
             estimate: EstimateOptions { threshold, focal, ..options.estimate.clone() },
             refine,
@@ -89,17 +105,23 @@ impl Halved {
     /// depth is reliable pixel by pixel.
     pub fn enlarged(&self, found: Alignment<'_>) -> Result<Alignment<'static>> {
         let Alignment { matches, mut geometry, depth: [target, reference], prediction_error, smooth, .. } = found;
-        enlarge(&mut geometry);
-        let map = |map: Option<Cow<'_, InverseDepth>>, size: Size| {
-            map.map(|map| enlarged_map(&map, size).map(Cow::Owned)).transpose()
+        let factor = self.factor();
+        enlarge(&mut geometry, factor);
+        let map = |map: Option<Cow<'_, InverseDepth>>, side: usize| -> Result<Option<Cow<'static, InverseDepth>>> {
+            let Some(map) = map else { return Ok(None) };
+            let mut map = map.into_owned();
+            for sizes in self.sizes.iter().rev() {
+                map = enlarged_map(&map, sizes[side])?;
+            }
+            Ok(Some(Cow::Owned(map)))
         };
         Ok(Alignment {
-            matches: matches.map(|matches| moved(&matches, &|at| 2.0 * at + 0.5)).transpose()?,
+            matches: matches.map(|matches| moved(&matches, &|at| factor * (at + 0.5) - 0.5)).transpose()?,
             geometry,
-            depth: [map(target, self.sizes[0])?, map(reference, self.sizes[1])?],
+            depth: [map(target, 0)?, map(reference, 1)?],
             missing: None,
             reliable: None,
-            prediction_error: prediction_error.map(|error| error.map(|pixels| 2.0 * pixels)),
+            prediction_error: prediction_error.map(|error| error.map(|pixels| factor * pixels)),
             smooth,
         })
     }
@@ -129,19 +151,22 @@ fn moved(matches: &[Match], place: &dyn Fn(f64) -> f64) -> Result<Vec<Match>> {
     Ok(out)
 }
 
-/// Takes the geometry of halved photos to that of the photos as they were.
-fn enlarge(geometry: &mut Estimate) {
-    let grow = Matrix3::new(2.0, 0.0, 0.5, 0.0, 2.0, 0.5, 0.0, 0.0, 1.0);
-    let shrink = Matrix3::new(0.5, 0.0, -0.25, 0.0, 0.5, -0.25, 0.0, 0.0, 1.0);
+/// Takes the geometry of photos at 1/`factor` of their size to that of the photos as they were.
+fn enlarge(geometry: &mut Estimate, factor: f64) {
+    let scaled = |factor: f64| {
+        let shift = 0.5 * (factor - 1.0);
+        Matrix3::new(factor, 0.0, shift, 0.0, factor, shift, 0.0, 0.0, 1.0)
+    };
+    let (grow, shrink) = (scaled(factor), scaled(1.0 / factor));
     for model in [&mut geometry.forward, &mut geometry.reverse] {
         *model = Model { h: grow * model.h * shrink, e: grow * model.e };
     }
-    geometry.threshold *= 2.0;
-    geometry.residual = geometry.residual.map(|pixels| 2.0 * pixels);
-    geometry.focal = geometry.focal.map(|pixels| 2.0 * pixels);
+    geometry.threshold *= factor;
+    geometry.residual = geometry.residual.map(|pixels| factor * pixels);
+    geometry.focal = geometry.focal.map(|pixels| factor * pixels);
     for warning in &mut geometry.warnings {
         if let Warning::ThresholdWidened { threshold } = warning {
-            *threshold *= 2.0;
+            *threshold *= factor;
         }
     }
 }
@@ -206,14 +231,26 @@ mod tests {
             comparison: None,
             warnings: Vec::new(),
         };
-        enlarge(&mut geometry);
-        let place = |v: f64| 2.0 * v + 0.5;
+        enlarge(&mut geometry, 4.0);
+        let place = |v: f64| 4.0 * v + 1.5;
         let [x, y] = geometry.forward.project(place(30.0), place(40.0), 0.7).unwrap();
         let [u, v] = model.project(30.0, 40.0, 0.7).unwrap();
         assert!((x - place(u)).abs() < 1e-9 && (y - place(v)).abs() < 1e-9, "{x} {y}");
         let back = geometry.forward.inverse().unwrap();
         assert!((back.h - geometry.reverse.h).norm() < 1e-9 && (back.e - geometry.reverse.e).norm() < 1e-9);
-        assert_eq!((geometry.threshold, geometry.residual, geometry.focal), (3.0, [0.5; 2], Some(800.0)));
+        assert_eq!((geometry.threshold, geometry.residual, geometry.focal), (6.0, [1.0; 2], Some(1600.0)));
+    }
+
+    #[test]
+    fn photos_are_halved_until_they_are_small() {
+        let photos = [(6001, 4700), (5900, 4800)].map(|(width, height)| Image::transparent(width, height).unwrap());
+        let views = photos.each_ref().map(|photo| View { image: photo.view(), depth: None });
+        let halved = Halved::of(views, &Options::default()).unwrap().unwrap();
+        assert_eq!(halved.views().map(|view| view.image.size()), [(1501, 1175), (1475, 1200)]);
+        assert_eq!(halved.sizes, [[(6001, 4700), (5900, 4800)], [(3001, 2350), (2950, 2400)]]);
+        // Pixels 400 to 403 of the photo are pixel 100 there.
+        let at = halved.matches(&[Match { target: [401.5, 801.5], reference: [1.5, 5.5] }]).unwrap();
+        assert_eq!(at, [Match { target: [100.0, 200.0], reference: [0.0, 1.0] }]);
     }
 
     #[test]

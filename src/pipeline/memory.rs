@@ -217,12 +217,12 @@ impl<'a> Memory<'a> {
         first.max(second.saturating_add(kept)).saturating_add(own)
     }
 
-    /// The sizes in which the photos are aligned, and bytes of photos of these sizes and of others in between.
+    /// The sizes in which the photos are aligned, and the bytes of photos of these sizes where they are not their own.
     fn aligned(&self) -> ([Size; 2], u64) {
-        let (mut sizes, mut bytes) = (self.job.photos, 0u64);
+        let (mut sizes, mut bytes) = (self.job.photos, 0);
         while is_halved(sizes, self.job.depth == [false; 2], self.options) {
             sizes = sizes.map(half_size);
-            bytes = bytes.saturating_add(sum(sizes.map(pixels)).saturating_mul(RGBA));
+            bytes = sum(sizes.map(pixels)).saturating_mul(RGBA);
         }
         (sizes, bytes)
     }

@@ -65,7 +65,7 @@ pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort:
     let mut found = choose(lenses, links, prior, (grown, turned, chain));
     let straight = found.kind == MultiViewKind::Cameras && found.distortion().is_none();
     if straight && found.turned.as_ref().is_some_and(|turned| turned.is_distorted()) {
-        found.adjust_turned(links);
+        found.adjust_turned(&pairs.consistent(&found.contradicting));
     }
     found
 }

@@ -15,7 +15,8 @@ const TOLERANCE: f64 = 1e-6;
 const MATCHES: usize = 400;
 const ALL_MATCHES: usize = 24_000;
 
-/// Homographies to a root, in centred coordinates.
+/// Homographies to a root, in centred coordinates, of norm 1: the sign says what is in front of the root's camera, and an entry may be
+/// nothing or negative, as a photo's centre may be beside or behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Chain {
     pub to_root: Vec<Option<Matrix3<f64>>>,
@@ -62,7 +63,7 @@ impl Chain {
             let Edge { photos, homography, .. } = &edges[pair];
             let step = if added == 0 { Some(*homography) } else { homography.try_inverse() };
             let h = self.to_root[photos[1 - added]].zip(step).map(|(known, step)| known * step);
-            self.to_root[photos[added]] = h.map(|h| h / h[(2, 2)]);
+            self.to_root[photos[added]] = h.map(|h| h / h.norm());
         }
     }
 
@@ -146,7 +147,7 @@ impl LeastSquares for TransferErrors<'_> {
             if let (Some(h), Some(at)) = (h, *offset) {
                 let delta = Matrix3::from_fn(|r, c| if r + c < 4 { step[at + 3 * r + c] } else { 0.0 });
                 *h *= Matrix3::identity() + delta;
-                *h /= h[(2, 2)];
+                *h /= h.norm();
             }
         }
         moved

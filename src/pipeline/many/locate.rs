@@ -60,7 +60,7 @@ pub(super) async fn locate(
     let mut codes = codes(given.len(), &group, &graph.links);
     let lens = |photo: &Photo<'_>| Lens { size: photo.image.size(), focal: photo.focal.or(stages.estimate.focal) };
     let lenses: Vec<Lens> = UndistortedPhotos::shown(&undistorted, given).iter().map(lens).collect();
-    let mut links: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
+    let links: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let mut geometry = match &cameras {
         Some(cameras) => MultiView::given(&lenses, cameras, &links),
         None => multi_view(&lenses, &links, options.reference.unwrap_or(group[0]), options.distortion.is_none()),
@@ -68,14 +68,14 @@ pub(super) async fn locate(
     for link in geometry.contradicting.iter().filter_map(|&i| links.get(i)) {
         graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
     }
+    let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
+    let mut links: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
     if let Some(distortion) = geometry.distortion() {
         let found = UndistortedPhotos::of(given, &mut features, distortion, budget)?;
         found.move_matches(&mut links);
         geometry.undistort(&found.frames(), &links);
         undistorted = Some(found);
     }
-    let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
-    let mut links: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
     if stages.features.guided && geometry.kind == MultiViewKind::Cameras {
         let images: Vec<ImageView<'_>> =
             UndistortedPhotos::shown(&undistorted, given).iter().map(|photo| photo.image).collect();
