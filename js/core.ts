@@ -145,6 +145,6 @@ function invoke(
     case "fill":
       return raw.fill(...call.args, report);
     case "measure":
-      return raw.measure(...call.args);
+      return raw.measure(...call.args, report);
   }
 }

@@ -92,14 +92,20 @@ pub enum Error {
         name: String,
     },
     /// A photo of which nothing is there.
-    #[error("{name}{} is transparent: none of its {pixels} pixels has an alpha of 128 or more", Index(*index))]
+    #[error("{name} is transparent: none of its {pixels} pixels has an alpha of 128 or more")]
     TransparentPhoto {
-        /// The photo, or the array that it is in.
+        /// The photo.
         name: &'static str,
-        /// Its index in that.
-        index: Option<usize>,
         /// How many pixels it has.
         pixels: u64,
+    },
+    /// Something wrong with one of many photos.
+    #[error("photos[{index}]: {error}")]
+    OfPhoto {
+        /// Which one.
+        index: usize,
+        /// What is wrong.
+        error: Box<Error>,
     },
     /// A buffer whose length does not fit its stated size.
     #[error("{name} has {actual} values where its size asks for {expected}")]
@@ -194,19 +200,15 @@ pub enum Error {
     Aborted,
 }
 
-/// The index of an element as JavaScript writes it; nothing without one.
-struct Index(Option<usize>);
-
-impl fmt::Display for Index {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.map_or(Ok(()), |index| write!(f, "[{index}]"))
-    }
-}
-
 /// `std::result::Result` with this crate's [`Error`], boxed: errors are rare, and what every call returns should be small.
 pub type Result<T> = std::result::Result<T, Box<Error>>;
 
 impl Error {
+    /// Says which of many photos an error is about.
+    pub(crate) fn of_photo(index: usize) -> impl FnOnce(Box<Error>) -> Box<Error> {
+        move |error| Error::OfPhoto { index, error }.into()
+    }
+
     /// The stable code, the same in Rust and JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
@@ -215,6 +217,7 @@ impl Error {
             | Error::Missing { .. }
             | Error::UnknownOption { .. }
             | Error::TransparentPhoto { .. } => "invalid-argument",
+            Error::OfPhoto { error, .. } => error.code(),
             Error::SizeMismatch { .. } | Error::WrongSize { .. } => "size-mismatch",
             Error::TooFewMatches { .. } => "too-few-matches",
             Error::NoConsensus { .. } => "no-consensus",
@@ -231,8 +234,10 @@ impl Error {
     pub fn details(&self) -> Vec<(&'static str, f64)> {
         let numbers: &[(&'static str, f64)] = match *self {
             Error::InvalidArgument { value, .. } => &[("value", value)],
-            Error::TransparentPhoto { index: Some(index), pixels, .. } => {
-                &[("photo", index as f64), ("pixels", pixels as f64)]
+            Error::OfPhoto { index, ref error } => {
+                let mut numbers = error.details();
+                numbers.push(("photo", index as f64));
+                return numbers;
             }
             Error::TransparentPhoto { pixels, .. } => &[("pixels", pixels as f64)],
             Error::SizeMismatch { expected, actual, .. } => &[("expected", expected as f64), ("actual", actual as f64)],

@@ -2,7 +2,7 @@
 
 use crate::components::neighbours;
 use crate::distance::distance;
-use crate::image::{LEAST_ALPHA, reserve};
+use crate::image::{LEAST_ALPHA, reserve, reserve_more};
 use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, View};
 
 /// While colours are extended, alpha says what is known of a pixel: of the photo, or extended from it.
@@ -24,8 +24,8 @@ impl Extended {
     /// Whatever colours and depth are beneath transparent pixels, all that is made of the result is the same. Alpha is 0 or 255.
     ///
     /// # Errors
-    /// `invalid-argument` where nothing is there: `name` and `index` are how the error calls the photo.
-    pub fn of(view: View<'_>, name: &'static str, index: Option<usize>) -> Result<Option<Self>> {
+    /// `invalid-argument` where nothing is there: `name` is how the error calls the photo.
+    pub fn of(view: View<'_>, name: &'static str) -> Result<Option<Self>> {
         if !view.image.is_masked() {
             return Ok(None);
         }
@@ -39,7 +39,7 @@ impl Extended {
         }
         if !there {
             let pixels = view.image.pixels().len() as u64;
-            return Err(Error::TransparentPhoto { name, index, pixels }.into());
+            return Err(Error::TransparentPhoto { name, pixels }.into());
         }
         let pixels = image.pixels();
         let of = |depth: &InverseDepth| {
@@ -84,6 +84,7 @@ fn extend_colours(image: &mut Image) -> Result<()> {
         let beside = |other: &usize| pixels.get(*other).is_some_and(|pixel| pixel[3] == OPAQUE);
         if pixels[at][3] == UNKNOWN && neighbours(at, width).iter().any(beside) {
             pixels[at][3] = NEXT;
+            reserve_more(&mut front, 1)?;
             front.push(at as u32);
         }
     }
@@ -104,6 +105,7 @@ fn extend_colours(image: &mut Image) -> Result<()> {
             for other in neighbours(at as usize, width) {
                 if let Some(pixel) = pixels.get_mut(other).filter(|pixel| pixel[3] == UNKNOWN) {
                     pixel[3] = NEXT;
+                    reserve_more(&mut next, 1)?;
                     next.push(other as u32);
                 }
             }
@@ -152,15 +154,4 @@ pub(crate) fn distance_to_missing(photo: ImageView<'_>) -> Result<Option<Vec<u16
     }
     let pixels = photo.pixels();
     distance(pixels.len(), photo.width(), &|at| !photo.is_there(pixels[at])).map(Some)
-}
-
-/// Marks of the masked pixels, row by row; `None` of a photo without any.
-pub(crate) fn missing(photo: ImageView<'_>) -> Result<Option<Vec<bool>>> {
-    if !photo.is_masked() {
-        return Ok(None);
-    }
-    let mut marks = Vec::new();
-    reserve(&mut marks, photo.pixels().len())?;
-    marks.extend(photo.pixels().iter().map(|&pixel| !photo.is_there(pixel)));
-    Ok(Some(marks))
 }

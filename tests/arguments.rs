@@ -4,10 +4,12 @@
 use depthstitch::depth::derive_depth;
 use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, Layer, blend};
+use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, FillOptions, Layer, blend};
+use depthstitch::observer::Observer;
+use depthstitch::pipeline::many::{ManyOptions, Photo, stitch_many};
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::warp::Warped;
-use depthstitch::{Error, Image, ImageView, InverseDepth, Mask, Result, View};
+use depthstitch::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage, View};
 use nalgebra::Matrix3;
 use scene::{MatchOptions, Photos};
 #[cfg(target_arch = "wasm32")]
@@ -49,6 +51,37 @@ fn options_out_of_range() {
         change(&mut options);
         let result = stitch(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ());
         assert_eq!(result.err().map_or("", |error| error.code()), code, "{name}");
+    }
+}
+
+/// Counts messages of progress.
+struct Count(usize);
+
+impl Observer for Count {
+    fn progress(&mut self, _: Stage, _: f32) -> bool {
+        self.0 += 1;
+        true
+    }
+}
+
+#[test]
+fn options_of_the_last_stages_are_refused_before_the_first_one() {
+    let matches = MatchOptions { count: 200, sigma: 0.3, outliers: 0.1, seed: 1 };
+    let photos = Photos::of(&scene::gallery().render(120, 80), &matches);
+    let blend = |change: fn(&mut BlendOptions)| {
+        let mut options = Options::default();
+        change(&mut options.blend);
+        options
+    };
+    let fill = Options { fill: Some(FillOptions { radius: 0, ..FillOptions::default() }), ..Options::default() };
+    for options in [blend(|o| o.feather = 2000), blend(|o| o.bands = 11), fill] {
+        let mut count = Count(0);
+        let found = stitch(None, photos.target(), photos.reference(), &options, &mut count);
+        assert_eq!(found.unwrap_err().code(), "invalid-argument");
+        let all = [photos.target.view(), photos.reference.view()].map(Photo::new);
+        let found = stitch_many(&all, &ManyOptions { stages: options, ..ManyOptions::default() }, &mut count);
+        assert_eq!(found.unwrap_err().code(), "invalid-argument");
+        assert_eq!(count.0, 0);
     }
 }
 

@@ -85,17 +85,38 @@ fn psnr(image: &Image, truth: &Image) -> f64 {
     10.0 * libm::log10(255.0 * 255.0 * count / sum)
 }
 
+/// The light of a mosaic where the target shows, as a share of the true one.
+fn target_light(mosaic: &Mosaic, truth: &Image) -> [f64; 3] {
+    let (mut shown, mut expected) = ([0.0; 3], [0.0; 3]);
+    for ((a, b), &side) in pixels(&mosaic.image).iter().zip(pixels(truth)).zip(mosaic.seam.data()) {
+        // What is clipped there was not as bright in the target.
+        if side == 1 && b[3] != 0 && b[..3].iter().all(|v| (6..250).contains(v)) {
+            for c in 0..3 {
+                shown[c] += linear(a[c]);
+                expected[c] += linear(b[c]);
+            }
+        }
+    }
+    [0, 1, 2].map(|c| shown[c] / expected[c])
+}
+
 #[test]
 fn a_known_gain_is_found() {
     let scene = scene::gallery();
     let staged = Staged::new(&scene);
-    for gain in [[1.0, 1.0, 1.0], [0.8, 0.7, 0.6], [1.3, 1.2, 1.15], [0.5, 0.9, 1.2], [0.1, 0.11, 0.1]] {
-        let warped = staged.warped(Some(Taking { gain, gamma: 1.0, vignetting: 0.0 }));
-        for exposure in [Exposure::Gain, Exposure::Field] {
-            let found = staged.blend(&warped, &BlendOptions { exposure, ..BlendOptions::default() }).gains;
-            println!("gain {gain:?} {exposure:?}: {found:?}");
+    let plain = staged.warped(None);
+    let truth = staged.truth(&scene, &plain);
+    for exposure in [Exposure::Gain, Exposure::Field] {
+        let options = BlendOptions { exposure, ..BlendOptions::default() };
+        let expected = target_light(&staged.blend(&plain, &options), &truth);
+        for gain in [[1.0, 1.0, 1.0], [0.8, 0.7, 0.6], [1.3, 1.2, 1.15], [0.5, 0.9, 1.2], [0.1, 0.11, 0.1]] {
+            let warped = staged.warped(Some(Taking { gain, gamma: 1.0, vignetting: 0.0 }));
+            let mosaic = staged.blend(&warped, &options);
+            let (found, light) = (mosaic.gains, target_light(&mosaic, &truth));
+            println!("gain {gain:?} {exposure:?}: {found:?}, light of the target {light:.3?} of {expected:.3?}");
             for c in 0..3 {
                 assert!((found[c] * gain[c] - 1.0).abs() < 0.01, "{gain:?} {exposure:?}: {found:?}");
+                assert!((light[c] / expected[c] - 1.0).abs() < 0.1, "{gain:?} {exposure:?}: {light:?}");
             }
         }
     }

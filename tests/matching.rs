@@ -231,6 +231,9 @@ fn bad_options_are_named() {
 
     let model = Model::homography(Matrix3::identity());
     let guide = MatchGuide { forward: &model, depth: None, range: [0.0, 1.0], band: 1.0, reach: 1.0 };
+    let huge = Features { size: (usize::MAX, usize::MAX), ..some.clone() };
+    let error = match_guided(&some, &huge, &guide, &MatchOptions::default(), &mut ()).unwrap_err();
+    assert_eq!(error.code(), "out-of-memory");
     let guided = |guide: &MatchGuide<'_>| match_guided(&some, &some, guide, &MatchOptions::default(), &mut ());
     assert!(guided(&guide).is_ok());
     for bad in [

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 use depthstitch::geometry::Match;
+use depthstitch::mosaic::{BlendOptions, Blending, Seam};
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::{Job, Memory, Options, stitch};
 use depthstitch::{Stage, View};
@@ -119,6 +120,11 @@ fn the_predicted_peak_is_right_to_a_fifth() {
         let with = [photos.target(), photos.reference()];
         let given = Some(&photos.matches[..]);
         let smooth = Options { refine: None, ..Options::paper() };
+        let feathered = Options {
+            blend: BlendOptions { blending: Blending::Feather, seam: Seam::Cut, ..BlendOptions::default() },
+            fill: None,
+            ..smooth.clone()
+        };
         for (name, matches, views, options) in [
             ("two photos", None, without, Options::default()),
             ("two photos and matches", given, without, Options::default()),
@@ -126,6 +132,7 @@ fn the_predicted_peak_is_right_to_a_fifth() {
             ("depth maps and matches", given, with, Options::default()),
             ("paper", None, with, Options::paper()),
             ("paper and matches", given, with, smooth),
+            ("feathered", given, with, feathered),
         ] {
             let [predicted, measured] = measure(name, matches, views, &options);
             if (predicted / measured - 1.0).abs() > 0.2 {

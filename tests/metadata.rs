@@ -54,7 +54,7 @@ fn exif(big_endian: bool) -> Vec<u8> {
     let mut w = Writer { bytes: if big_endian { b"MM".to_vec() } else { b"II".to_vec() }, big_endian };
     let first = 8;
     let second = first + 2 + 3 * 12 + 4;
-    let make = second + 2 + 3 * 12 + 4;
+    let make = second + 2 + 4 * 12 + 4;
     let date = make + MAKE.len() as u32 + 1;
     let thumbnail_directory = date + DATE.len() as u32;
     let thumbnail = thumbnail_directory + 2 + 2 * 12 + 4;
@@ -65,8 +65,10 @@ fn exif(big_endian: bool) -> Vec<u8> {
     w.entry(0x0112, 3, 1, 6);
     w.entry(0x8769, 4, 1, second);
     w.long(thumbnail_directory);
-    w.short(3);
-    w.entry(0x9003, 2, DATE.len() as u32, date);
+    w.short(4);
+    // Text in UTF-8, and a directory's place: types that newer cameras write.
+    w.entry(0x9003, 129, DATE.len() as u32, date);
+    w.entry(0x014a, 13, 1, 8);
     w.entry(0xa002, 3, 1, 4000);
     w.entry(0xa003, 4, 1, 3000);
     w.long(0);
@@ -123,7 +125,7 @@ fn camera_data_fit_the_new_picture() {
             assert_eq!(short(10 + 12 + 8), 1);
             assert_eq!(long(8 + 2 + 36), 0);
             let second = long(10 + 24 + 8) as usize;
-            assert_eq!([long(second + 2 + 12 + 8), long(second + 2 + 24 + 8)], [40, 30]);
+            assert_eq!([long(second + 2 + 24 + 8), long(second + 2 + 36 + 8)], [40, 30]);
             assert_eq!(exif.len(), given.len() - THUMBNAIL.len() - 2 - 24 - 4);
         }
     }

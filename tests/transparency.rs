@@ -217,7 +217,7 @@ fn a_photo_that_is_nowhere_there_is_named() {
     let (given, none) = (view(photos.target.view()), view(nothing.view()));
     let pixels = (SIZE.0 * SIZE.1) as u64;
     for (target, reference, name) in [(none, given, "target"), (given, none, "reference")] {
-        let expected = Error::TransparentPhoto { name, index: None, pixels };
+        let expected = Error::TransparentPhoto { name, pixels };
         let error = *stitch(None, target, reference, &Options::default(), &mut ()).unwrap_err();
         assert_eq!(error, expected);
         assert_eq!(*align(None, target, reference, &Options::default(), &mut ()).unwrap_err(), expected);
@@ -225,10 +225,10 @@ fn a_photo_that_is_nowhere_there_is_named() {
     }
     let all = [photos.target.view(), nothing.view()].map(Photo::new);
     let error = *stitch_many(&all, &ManyOptions::default(), &mut ()).unwrap_err();
-    assert_eq!(error, Error::TransparentPhoto { name: "photos", index: Some(1), pixels });
+    assert_eq!(error.details(), [("pixels", pixels as f64), ("photo", 1.0)]);
     assert_eq!(
         error.to_string(),
-        format!("photos[1] is transparent: none of its {pixels} pixels has an alpha of 128 or more")
+        format!("photos[1]: photo is transparent: none of its {pixels} pixels has an alpha of 128 or more")
     );
 }
 
@@ -260,4 +260,12 @@ fn many_photos_show_what_others_hide() {
         count += u32::from(label != 0);
     }
     assert!(4 * count > 3 * hidden, "{count} of {hidden}");
+
+    // What was masked of the reference is no part of what is shown of it.
+    let half = masked(&images[1], 1, |at| at[0] < SIZE.0 / 2);
+    let photos = [&images[0], &half, &images[2]].map(|image| Photo::new(image.view()));
+    let found = stitch_many(&photos, &options, &mut ()).unwrap();
+    let [left, top, width, height] = found.photos[1].extent.unwrap();
+    assert_eq!([left + width, top, height], [SIZE.0 as i64, 0, SIZE.1 as i64], "{:?}", found.photos[1].extent);
+    assert_eq!(left, SIZE.0 as i64 / 2);
 }

@@ -27,8 +27,9 @@ const CROPPED: f64 = 0.02;
 /// Focal lengths of photos, in their diagonals: from that of a fisheye to that of a telescope.
 const PLAUSIBLE: Range<f64> = 0.1..50.0;
 
-/// Bytes of a value of each type, by its number.
-const SIZES: [u64; 13] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8];
+/// Bytes of a value of each type, by its number, up to a directory's offset; and the type of text in UTF-8, of one byte each.
+const SIZES: [u64; 14] = [0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4];
+const UTF8: u16 = 129;
 /// The types of whole numbers of 16 and of 32 bit.
 const SHORT: u16 = 3;
 const LONG: u16 = 4;
@@ -173,7 +174,8 @@ impl Tiff {
 
     /// Where the value of the entry at `at` ends; 0 for one in the entry itself.
     fn end_of_value(&self, at: usize) -> Option<usize> {
-        let size = SIZES.get(usize::from(self.short(at + 2)?))?;
+        let kind = self.short(at + 2)?;
+        let size = if kind == UTF8 { 1 } else { *SIZES.get(usize::from(kind))? };
         let bytes = size * u64::from(self.long(at + 4)?);
         if bytes <= 4 {
             return Some(0);

@@ -53,7 +53,7 @@ pub fn decode_image(bytes: &[u8], max_pixels: u64) -> Result<Image> {
     let raw = Raw::decode(bytes, max_pixels, 4)?;
     let (width, height) = raw.upright_size();
     let mut data = Vec::new();
-    reserve(&mut data, 4 * width * height)?;
+    reserve(&mut data, width.saturating_mul(height).saturating_mul(4))?;
     for i in raw.upright_indices() {
         data.extend(raw.rgba(i).map(to_eight));
     }

@@ -53,8 +53,7 @@ pub fn two_view(
     options: &EstimateOptions,
     observer: &mut dyn Observer,
 ) -> Result<TwoView> {
-    let size = |image: ImageView<'_>| image.size();
-    let geometry = two_view_geometry(matches, [size(target), size(reference)], options, observer)?;
+    let geometry = two_view_geometry(matches, [target.size(), reference.size()], options, observer)?;
     let estimate = geometry.estimate;
     let Some(samples) = geometry.samples else {
         let zero = |image: ImageView<'_>| InverseDepth::constant(0.0, image.width(), image.height());

@@ -192,7 +192,7 @@ impl Grid {
         };
         let n = features.keypoints.len();
         // Counted one cell further on, so that filling the cells moves their starts to where they belong.
-        let mut starts: Vec<u32> = zeroed(columns * rows + 2)?;
+        let mut starts: Vec<u32> = zeroed(columns.saturating_mul(rows).saturating_add(2))?;
         (0..n).for_each(|i| starts[cell(i) + 2] += 1);
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];

@@ -26,7 +26,7 @@ const STEPS: usize = 12;
 /// Least eigenvalue of a window's structure tensor, per pixel, in squared gray levels (J. Shi & C. Tomasi, *Good Features to
 /// Track*, CVPR 1994).
 const LEAST_EIGENVALUE: f32 = 0.05;
-/// Largest residual as a share of the template's energy: 2·(1 − NCC), so that NCC is at least 0.9.
+/// Largest residual over [`MIDDLE`] as a share of the whole template's energy. Over all of it that would be 2·(1 − NCC), so NCC is about 0.9.
 const RESIDUAL: f32 = 0.2;
 
 type Window = [f32; AREA];

@@ -7,11 +7,12 @@
 use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, compose};
 use super::canvas::Placed;
+use super::crop::bounds;
 use super::multiband::default_bands;
 use super::seam::{self, BOTH, TARGET};
 use crate::image::{filled, reserve};
 use crate::observer::{Observer, report};
-use crate::rect::{Rect, bounding_box, extent};
+use crate::rect::Rect;
 use crate::transparency::outside;
 use crate::warp::Warped;
 use crate::{Error, Image, ImageView, InverseDepth, Mask, Result, Stage};
@@ -155,13 +156,8 @@ impl Composition {
         if layer.label == 0 {
             return Err(Error::InvalidArgument { name: "label", expected: "from 1 to 255", value: 0.0 }.into());
         }
-        let size = warped.image.size();
         report(observer, Stage::Blend, 0.0)?;
-        let drawn = |y: usize| {
-            let row = y * size.0..(y + 1) * size.0;
-            extent(warped.image.pixels()[row].iter().map(|pixel| pixel[3] != 0))
-        };
-        let Some(bounds) = bounding_box(size.1, &drawn) else { return Ok(None) };
+        let Some(bounds) = bounds(&warped.image) else { return Ok(None) };
         self.grow(warped, at)?;
         // Where the warped picture's canvas lies on this one: within it, now.
         let [left, top] = self.place(warped, at).map(|v| v.max(0) as usize);

@@ -27,8 +27,7 @@ pub(super) fn blend(
     let half = (ramp * STRAIGHT) as f32 / 2.0;
     // From the middle between two pixels on either side of the seam.
     let share = |distance: u32| ((distance as f32 - STRAIGHT as f32 / 2.0) / half.max(1.0)).min(1.0);
-    let own = reference.distance_to_border((width, height))?;
-    let size = reference.photo.size();
+    let own = reference.border_distance((width, height))?;
     for y in 0..height {
         report_row(observer, Stage::Blend, y, height)?;
         let Some(photo) = reference.row(y) else { continue };
@@ -43,9 +42,9 @@ pub(super) fn blend(
                 0 => share(to_reference[i].into()),
                 distance => -share(distance.into()),
             };
-            let most = share(u32::from(inside[i]).min(to_outside((reference.left + x, y), (width, height))));
-            let edge = to_outside((x, y - reference.top), size);
-            let least = 1.0 - share(own.as_ref().map_or(edge, |own| edge.min(own[i].into())));
+            let at = (reference.left + x, y);
+            let most = share(u32::from(inside[i]).min(to_outside(at, (width, height))));
+            let least = 1.0 - share(own.at(at));
             let target = (0.5 + 0.5 * from_seam).min(most).max(least.min(most));
             for (own, other) in pixel.iter_mut().zip([r, g, b]) {
                 let other = f32::from(other);

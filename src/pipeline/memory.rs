@@ -104,13 +104,20 @@ pub struct Memory<'a> {
     options: &'a Options,
     /// Whether the reference is projected.
     projecting: bool,
+    /// Whether large photos alone are halved.
+    halving: bool,
 }
 
 impl<'a> Memory<'a> {
     /// Of a job. Automatic projection is taken for the plane until it is known to be something else.
     pub fn of(job: Job, options: &'a Options) -> Self {
         let projecting = !matches!(options.projection, None | Some(Projection::Plane));
-        Self { job, options, projecting }
+        Self { job, options, projecting, halving: true }
+    }
+
+    /// Of photos that are aligned at their own size, however large.
+    pub(super) fn unhalved(self) -> Self {
+        Self { halving: false, ..self }
     }
 
     /// With the reference on a cylinder or a sphere.
@@ -220,7 +227,7 @@ impl<'a> Memory<'a> {
     /// The sizes in which the photos are aligned, and the bytes of photos of these sizes where they are not their own.
     fn aligned(&self) -> ([Size; 2], u64) {
         let (mut sizes, mut bytes) = (self.job.photos, 0);
-        while is_halved(sizes, self.job.depth == [false; 2], self.options) {
+        while self.halving && is_halved(sizes, self.job.depth == [false; 2], self.options) {
             sizes = sizes.map(half_size);
             bytes = sum(sizes.map(pixels)).saturating_mul(RGBA);
         }
@@ -300,7 +307,11 @@ impl<'a> Memory<'a> {
     fn blend(&self, canvas: u64) -> u64 {
         let bands = match self.options.blend.blending {
             Blending::Multiband => (BANDS * canvas as f64) as u64,
-            _ => 0,
+            // From the seam, to either side, and from the border of either photo: that of the reference unless it is a rectangle.
+            Blending::Feather => {
+                canvas.saturating_mul(MASKED * if self.job.masked[1] || self.projecting { 4 } else { 3 })
+            }
+            Blending::Average => 0,
         };
         let aligned = match self.options.blend.seam {
             Seam::Aligned => {

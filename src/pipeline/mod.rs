@@ -148,6 +148,7 @@ pub(crate) async fn stitch_with_workers(
     workers: &DetectWorkers,
     observer: &mut dyn Observer,
 ) -> Result<Stitched> {
+    options.check()?;
     let memory = Memory::of(Job::of(views, given.is_some()), options);
     memory.check(views[1].image.size())?;
     let mut timer = StageTimer::start(observer);

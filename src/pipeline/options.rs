@@ -1,6 +1,7 @@
 //! Options of every stage, with the defaults of this package and those of the published method.
 
 use super::features::FeatureOptions;
+use crate::Result;
 use crate::depth::RefineOptions;
 use crate::geometry::{Calibration, EstimateOptions, Threshold};
 use crate::mosaic::{BlendOptions, FillMethod, FillOptions};
@@ -68,6 +69,16 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Refuses what rendering could not use, before anything is computed for it.
+    ///
+    /// # Errors
+    /// `invalid-argument`.
+    pub(super) fn check(&self) -> Result<()> {
+        self.warp.check()?;
+        self.blend.check()?;
+        self.fill.as_ref().map_or(Ok(()), FillOptions::check)
+    }
+
     /// The defaults of a mode.
     pub fn of(mode: Mode) -> Self {
         match mode {

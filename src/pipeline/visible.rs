@@ -15,7 +15,7 @@ pub(super) struct VisiblePair {
 
 impl VisiblePair {
     pub fn of(given: Option<&[Match]>, [target, reference]: [View<'_>; 2]) -> Result<Self> {
-        let photos = [Extended::of(target, "target", None)?, Extended::of(reference, "reference", None)?];
+        let photos = [Extended::of(target, "target")?, Extended::of(reference, "reference")?];
         if photos.iter().all(Option::is_none) {
             return Ok(Self { photos, matches: None });
         }

@@ -123,10 +123,10 @@ pub(super) struct Locator<'a> {
     mask: Option<ImageView<'a>>,
     reference_depth: Option<&'a [f32]>,
     target: (usize, usize),
-    lens: Option<Lens>,
+    lens: Option<LensLanes>,
     /// Width and height of a cell in target pixels.
     step: [f32x4; 2],
-    reverse: ProjectionMatrix,
+    reverse: ModelLanes,
     /// Those of the reference's pixels, unless it is projected onto a plane.
     rays: Option<Rays>,
     /// Whether there are voids outside the reference, and in the overlap.
@@ -145,9 +145,9 @@ impl<'a> Locator<'a> {
             mask: Some(scene.reference).filter(ImageView::is_masked),
             reference_depth: scene.reference_depth.map(InverseDepth::data),
             target: size,
-            lens: scene.distorted.map(|distorted| Lens::new(&distorted.lens)),
+            lens: scene.distorted.map(|distorted| LensLanes::new(&distorted.lens)),
             step: step.map(|step| f32x4::splat(step as f32)),
-            reverse: ProjectionMatrix::new(scene.reverse),
+            reverse: ModelLanes::new(scene.reverse),
             rays: scene.surface.map(|surface| surface.rays([0.0; 2], scene.reference.size())),
             recover: match scene.options.mode {
                 WarpMode::Backward => [false; 2],
@@ -231,7 +231,7 @@ fn along(rays: &Rays, x: i32x4, y: i32x4) -> [f32x4; 3] {
 }
 
 /// The distortion of a lens in single precision, for four points at once.
-struct Lens {
+struct LensLanes {
     /// −4k over the squared diagonal.
     bent: f32,
     /// The middle of the target's frame, and of the photo.
@@ -239,7 +239,7 @@ struct Lens {
     photo: (usize, usize),
 }
 
-impl Lens {
+impl LensLanes {
     fn new(lens: &Undistortion) -> Self {
         let middle = |(w, h): (usize, usize)| [w, h].map(|side| 0.5 * (side as f32 - 1.0));
         let unit = diagonal(lens.photo);
@@ -269,9 +269,9 @@ impl Lens {
 }
 
 /// A model in single precision, for four points at once.
-struct ProjectionMatrix([[f32; 4]; 3]);
+struct ModelLanes([[f32; 4]; 3]);
 
-impl ProjectionMatrix {
+impl ModelLanes {
     fn new(model: &Model) -> Self {
         let row = |i: usize| [model.h[(i, 0)], model.h[(i, 1)], model.h[(i, 2)], model.e[i]].map(|v| v as f32);
         Self([row(0), row(1), row(2)])

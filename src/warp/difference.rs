@@ -3,8 +3,8 @@
 use super::sample::photometric_error;
 use super::scene::Scene;
 
-/// One pixel in so many is looked at: a prime, so that they lie in all columns.
-const STRIDE: usize = 61;
+/// One pixel in so many is looked at: a prime, so that they lie in all columns; the other one where the first divides the width.
+const STRIDES: [usize; 2] = [61, 67];
 
 /// The mean photometric error over the overlap, by the reverse model: of noise and exposure, and of what is occluded or
 /// misaligned. 0 without overlap.
@@ -19,6 +19,7 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
         }
         None => scene.reverse.project(x, y, d),
     };
+    let stride = STRIDES[usize::from(row.is_multiple_of(STRIDES[0]))];
     let mut index = 0;
     while let Some(colour) = scene.reference.pixels().get(index) {
         let d = scene.reference_depth.and_then(|depth| depth.data().get(index)).map_or(0.0, |d| f64::from(*d));
@@ -35,7 +36,7 @@ pub(super) fn mean(scene: &Scene<'_>) -> f64 {
             let [colour, other] = [*colour, *other].map(u32::from_le_bytes);
             (sum, pixels) = (sum + f64::from(photometric_error(colour, other)), pixels + 1.0);
         }
-        index += STRIDE;
+        index += stride;
     }
     sum / pixels
 }

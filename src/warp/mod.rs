@@ -154,7 +154,8 @@ pub fn warp(
 ) -> Result<Warped> {
     let [rendering, cleaning] = bytes_per_pixel(options.mode, forward.has_parallax(), options.depth);
     let check_canvas = |canvas| canvas::check_budget(canvas, rendering.max(cleaning), options.max_bytes);
-    let extended = Extended::of(target, "target", None)?;
+    check(&target, &reference, forward, reverse, options)?;
+    let extended = Extended::of(target, "target")?;
     let target = Extended::view(&extended, target);
     warp_within(&WarpJob::new([target, reference], forward, reverse), options, &check_canvas, observer)
 }
@@ -261,23 +262,27 @@ fn check(
     reverse: &Model,
     options: &WarpOptions,
 ) -> Result<()> {
-    let finite = "a finite number above 0";
-    for (name, value, most, expected) in [
-        ("voidDistance", options.void_distance, f64::MAX, finite),
-        ("stretchLimit", options.stretch_limit, f64::MAX, finite),
-        ("colourDistance", options.colour_distance, f64::INFINITY, "above 0"),
-    ] {
-        if !(value > 0.0 && value <= most) {
-            return Err(Error::InvalidArgument { name, expected, value }.into());
-        }
-    }
-    if !(0.0..=100.0).contains(&options.canvas_limit) {
-        return Err(Error::InvalidArgument {
-            name: "canvasLimit",
-            expected: "from 0 to 100",
-            value: options.canvas_limit,
-        }
-        .into());
-    }
+    options.check()?;
     check_views(target, reference, forward, reverse)
+}
+
+impl WarpOptions {
+    /// Refuses what is out of range.
+    pub(crate) fn check(&self) -> Result<()> {
+        let finite = "a finite number above 0";
+        for (name, value, most, expected) in [
+            ("voidDistance", self.void_distance, f64::MAX, finite),
+            ("stretchLimit", self.stretch_limit, f64::MAX, finite),
+            ("colourDistance", self.colour_distance, f64::INFINITY, "above 0"),
+        ] {
+            if !(value > 0.0 && value <= most) {
+                return Err(Error::InvalidArgument { name, expected, value }.into());
+            }
+        }
+        if !(0.0..=100.0).contains(&self.canvas_limit) {
+            let value = self.canvas_limit;
+            return Err(Error::InvalidArgument { name: "canvasLimit", expected: "from 0 to 100", value }.into());
+        }
+        Ok(())
+    }
 }

@@ -13,7 +13,7 @@ use super::{inputs, options, results};
 use crate::geometry::{Camera, MultiViewKind};
 use crate::observer::Observer;
 use crate::pipeline::many::{self, ManyOptions, Photo, PhotoReport, StitchedMany};
-use crate::{Image, InverseDepth, Result, Stage};
+use crate::{Error, Image, InverseDepth, Result, Stage};
 
 /// Any number of photos, which give a `StitchManyResult`. `workers` may take tasks of it.
 #[wasm_bindgen(js_name = stitchMany)]
@@ -36,9 +36,9 @@ pub fn stitch_many(
     })
 }
 
-/// Width and height of every photo.
-fn sizes(photos: &Array) -> Result<Vec<(usize, usize)>> {
-    photos.iter().map(|photo| size_from_js("photo", &photo)).collect()
+/// Something of every photo; an error says of which.
+fn each<T>(photos: &Array, read: impl Fn(&JsValue) -> Result<T>) -> Result<Vec<T>> {
+    photos.iter().enumerate().map(|(i, photo)| read(&photo).map_err(Error::of_photo(i))).collect()
 }
 
 fn many_options(given: &JsValue, stages: &JsValue) -> Result<ManyOptions> {
@@ -66,25 +66,23 @@ impl Photos {
         let Some(photos) = photos.dyn_ref::<Array>() else {
             return Err(invalid("photos", "an array of images", photos));
         };
-        let count = photos.length();
-        many::check_count(count as usize)?;
-        let sizes = sizes(photos)?;
-        workers.limit(many::check_sizes(sizes.iter().copied(), options)?.times());
-        let all = || (0..count).map(|i| photos.get(i));
-        let focal = |photo: JsValue| {
-            let given = get(&photo, "focalLength");
+        many::check_count(photos.length() as usize)?;
+        let size = |photo: &JsValue| size_from_js("photo", photo);
+        let sizes = each(photos, size)?;
+        workers.limit(many::check_sizes(sizes.into_iter(), options)?.times());
+        let focal = |photo: &JsValue| {
+            let given = get(photo, "focalLength");
             let expected = "a positive number";
             match given.as_f64() {
                 None if inputs::is_given(&given) => Err(invalid("focalLength", expected, &given)),
                 focal => Ok(focal),
             }
         };
-        let depth = |(photo, size)| inputs::depth("depth", &get(&photo, "depth"), size);
         Ok(Self {
-            cameras: all().map(|photo| given_camera(&get(&photo, "camera"))).collect::<Result<_>>()?,
-            depths: all().zip(sizes).map(depth).collect::<Result<_>>()?,
-            images: all().map(|photo| inputs::image("photo", &photo)).collect::<Result<_>>()?,
-            focals: all().map(focal).collect::<Result<_>>()?,
+            cameras: each(photos, |photo| given_camera(&get(photo, "camera")))?,
+            depths: each(photos, |photo| inputs::depth("depth", &get(photo, "depth"), size(photo)?))?,
+            images: each(photos, |photo| inputs::image("photo", photo))?,
+            focals: each(photos, focal)?,
         })
     }
 

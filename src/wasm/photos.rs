@@ -56,6 +56,6 @@ pub(super) fn single_photo(name: &'static str, image: &JsValue, max_bytes: u64) 
     let size = size_from_js(name, image)?;
     check_inputs([size, size], max_bytes)?;
     let image = inputs::image(name, image)?;
-    let extended = Extended::of(View { image: image.view(), depth: None }, name, None)?;
+    let extended = Extended::of(View { image: image.view(), depth: None }, name)?;
     Ok(extended.map_or(image, Extended::into_image))
 }

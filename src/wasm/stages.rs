@@ -13,7 +13,7 @@ use super::running::Running;
 use super::signatures::*;
 use super::{inputs, matches, options, results};
 use crate::geometry::{self, Frame};
-use crate::observer::Observer;
+use crate::observer::{Observer, report};
 use crate::pipeline::{self, DepthSink, Job, Memory, check_inputs};
 use crate::warp::WarpOptions;
 use crate::{InverseDepth, Result, Stage};
@@ -272,12 +272,15 @@ pub fn measure(
     warped: &WarpedObject,
     reference: &ImageInput,
     #[wasm_bindgen(unchecked_param_type = "readonly number[] | undefined")] gains: &JsValue,
+    on_progress: &OnProgress,
 ) -> std::result::Result<QualityObject, JsValue> {
-    observed(Stage::Measure, &JsValue::UNDEFINED, &mut |observer| {
-        observer.progress(Stage::Measure, 0.0);
+    observed(Stage::Measure, on_progress, &mut |observer| {
+        report(observer, Stage::Measure, 0.0)?;
         let warped = inputs::warped(warped)?;
         let reference = inputs::image("reference", reference)?;
-        Ok(results::quality(&metrics::quality(&warped, reference.view(), gains_from_js(gains)?)?))
+        let quality = metrics::quality(&warped, reference.view(), gains_from_js(gains)?)?;
+        report(observer, Stage::Measure, 1.0)?;
+        Ok(results::quality(&quality))
     })
     .map(JsCast::unchecked_into)
 }

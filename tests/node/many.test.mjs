@@ -106,12 +106,22 @@ test("bad input is refused by number and name", async () => {
     assert.equal(error.code, "invalid-argument");
     assert.equal(error.details.value, count);
   }
+  const skewed = {
+    rotation: new Float64Array([1, 1, 0, 0, 1, 0, 0, 0, 1]),
+    translation: new Float64Array(3),
+  };
+  const short = await rejection(stitchMany([photo, { ...photo, data: new Uint8Array(4) }]));
+  assert.equal(short.code, "size-mismatch");
+  assert.match(short.message, /^photos\[1\]: photo has 4 values/);
+  assert.equal(short.details.photo, 1);
   /** @type {[unknown, object, RegExp][]} */
   const cases = [
     ["photos", {}, /photos must be an array/],
     [[photo, null], {}, /photos\[1\] must be an object/],
     [[photo, { ...photo, focalLength: "long" }], {}, /photos\[1\]\.focalLength must be a number/],
-    [[photo, { ...photo, focalLength: -1 }], {}, /focalLength/],
+    [[photo, { ...photo, focalLength: -1 }], {}, /^photos\[1\]: focalLength .*-1$/],
+    [[photo, { ...photo, width: NaN }], {}, /^photos\[1\]: .*width/],
+    [[photo, { ...photo, focalLength: 300, camera: skewed }], {}, /^photos\[1\]: rotation/],
     [all, { reference: 4 }, /reference/],
     [all, { reference: 0.5 }, /reference/],
     [all, { seamless: true }, /seamless/],

@@ -138,8 +138,13 @@ test("stages called one by one give the bytes of stitch in the published mode", 
   const warped = await warp(target, reference, geometry, { targetDepth, referenceDepth, mode });
   const { mosaic, voidMask } = await blend(warped, reference, { mode });
   const filled = await fill(mosaic, voidMask, { mode });
-  const quality = await measure(warped, reference);
+  /** @type {number[]} */
+  const fractions = [];
+  const quality = await measure(warped, reference, {
+    onProgress: ({ fraction }) => void fractions.push(fraction),
+  });
 
+  assert.deepEqual(fractions, [0, 1]);
   assert.deepEqual(geometry.forward, whole.forward);
   assert.deepEqual(geometry.reverse, whole.reverse);
   assert.deepEqual(geometry.inliers, whole.inliers);

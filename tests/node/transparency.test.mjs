@@ -78,7 +78,7 @@ test("a photo that is wholly transparent is named", async () => {
   assert.match(error.message, /^reference is transparent/);
   assert.equal(error.details.pixels, target.width * target.height);
   const many = await rejection(stitchMany([target, reference, nothing]));
-  assert.match(many.message, /^photos\[2\] is transparent/);
+  assert.match(many.message, /^photos\[2\]: photo is transparent/);
   assert.equal(many.details.photo, 2);
 });
 

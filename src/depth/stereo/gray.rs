@@ -6,7 +6,7 @@ use crate::distance::{DIAGONAL, STRAIGHT, distance};
 use crate::image::{filled, zeroed};
 use crate::lanes::BYTE_LANES;
 use crate::luma::rec601_level;
-use crate::transparency::missing;
+use crate::transparency::distance_to_missing;
 use crate::{ImageView, Result};
 
 /// Pixels beyond the left border that repeat it, and at least as many beyond the right, so that windows need no bounds.
@@ -33,8 +33,7 @@ impl Gray {
             let row = rows.next().unwrap_or_default();
             out.iter_mut().zip(row).for_each(|(out, &pixel)| *out = rec601_level(pixel));
         })?;
-        let from_missing = missing(*image)?.map(|missing| distance(missing.len(), width, &|at| missing[at]));
-        Ok(Self { from_missing: from_missing.transpose()?, ..gray })
+        Ok(Self { from_missing: distance_to_missing(*image)?, ..gray })
     }
 
     /// Half the size: means of 2×2 pixels, masked where one of them is.

@@ -22,7 +22,7 @@ const START_MATCHES: usize = 100;
 /// camera.
 pub(super) const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 /// The standard deviation of ln f for a given focal length: those in a photo's metadata are rounded.
-pub(super) const KNOWN_FOCAL: f64 = 0.02;
+pub(super) const PAIR_FOCAL_DEVIATION: f64 = 0.02;
 /// Standard deviation of the inverse depth at infinity, which should be 0, as a fraction of the matches' median. A weak prior.
 const SHIFT: f64 = 0.5;
 /// Where least squares stop while the inliers still change, and in the end: when a step reduces the cost by less than this
@@ -61,7 +61,7 @@ pub(super) fn calibrate(
     ];
     let diagonal = 1.0 / both[0].normalisation.source_scale();
     let known = focal.map(|f| f / diagonal);
-    let log_focal = known.map_or(LOG_FOCAL, |f| [libm::log(f), KNOWN_FOCAL]);
+    let log_focal = known.map_or(LOG_FOCAL, |f| [libm::log(f), PAIR_FOCAL_DEVIATION]);
     let priors = Priors { log_focal, shift: [both[0].infinity, both[1].infinity] };
     let start = initial_cameras(&both, priors, known.as_ref().map_or(&STARTS, std::slice::from_ref))?;
     let cameras = fit_cameras(&mut both, priors, start, threshold)?;

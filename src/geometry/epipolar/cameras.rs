@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::essential::{Motion, Rays, decompose, in_front, refine_cameras};
-use crate::geometry::calibrated::KNOWN_FOCAL;
+use crate::geometry::calibrated::PAIR_FOCAL_DEVIATION;
 use crate::geometry::model::Model;
 
 /// A usual focal length in diagonals (33 mm on a 35 mm camera), and the standard deviation of its logarithm, with which it gives way only where
@@ -36,7 +36,7 @@ pub(super) fn two_cameras(
     if matches.len() < FEWEST {
         return None;
     }
-    let deviation = focal.map_or(FOCAL[1], |_| KNOWN_FOCAL);
+    let deviation = focal.map_or(FOCAL[1], |_| PAIR_FOCAL_DEVIATION);
     let fit = |[target, reference]: [Intrinsics; 2]| {
         let mut rays: Vec<Rays> = matches.iter().map(|[x, u]| [target.ray(*x), reference.ray(*u)]).collect();
         let back = reference.matrix().try_inverse()?;

@@ -118,7 +118,7 @@ impl<'a> LeastSquares for Reprojection<'a> {
             }
         }
         for (landmark, step) in moved.landmarks.iter_mut().zip(&step.depths) {
-            landmark.depth += step;
+            landmark.inverse_depth += step;
         }
         if self.unknowns.free.positions {
             moved.scale(best_scale(&moved, &self.pairs));
@@ -130,7 +130,7 @@ impl<'a> LeastSquares for Reprojection<'a> {
 /// The scale at which a scene costs least. Only the priors of depth and baselines determine it, and steps are straight where that leads along
 /// a curve: it would take dozens of them.
 fn best_scale(scene: &Scene, pairs: &[[usize; 2]]) -> f64 {
-    let depths = scene.landmarks.iter().map(|landmark| landmark.depth);
+    let depths = scene.landmarks.iter().map(|landmark| landmark.inverse_depth);
     let (sum, squares) = depths.fold((0.0, 0.0), |(sum, squares), d| (sum + d, squares + d * d));
     let baseline = |pair: &[usize; 2]| {
         let [from, to] = pair.map(|photo| scene.cameras[photo]);
@@ -176,13 +176,14 @@ struct DepthEquation {
 impl SceneEquations<'_> {
     fn add_landmark(&mut self, scene: &Scene, landmark: &Landmark, pairs: &mut PairEquations) {
         let weight = 1.0 / (DEPTH_PRIOR * DEPTH_PRIOR);
-        let off = landmark.depth - 1.0;
+        let off = landmark.inverse_depth - 1.0;
         self.common.cost += 0.5 * weight * off * off;
         let mut depth = DepthEquation { square: weight, gradient: weight * off, observations: 0 };
         for o in landmark.seen.iter() {
             let photos = [landmark.anchor.photo, o.photo];
             let motion = self.motions.between(photos);
-            let residual = motion.and_then(|motion| Residual::of(scene, motion, [&landmark.anchor, o], landmark.depth));
+            let residual =
+                motion.and_then(|motion| Residual::of(scene, motion, [&landmark.anchor, o], landmark.inverse_depth));
             let (cost, weight) = cauchy(residual.as_ref().map(|residual| residual.error), scene.noise);
             self.common.cost += cost;
             let Some(Residual { error, slopes, depth: by_depth }) = residual else { continue };
@@ -310,7 +311,7 @@ mod tests {
             let at = |photo, place| Observation { photo, place };
             let (first, offset) = (i % 2, f64::from(i as u8 % 5) - 2.0);
             let anchor = at(first, [0.07 * i as f64 - 0.3, 0.2 - 0.05 * i as f64]);
-            let landmark = Landmark { anchor, depth: 0.4 + 0.2 * i as f64, seen: Arc::default() };
+            let landmark = Landmark { anchor, inverse_depth: 0.4 + 0.2 * i as f64, seen: Arc::default() };
             let seen = (first + 1..3).map(|photo| {
                 let exact = scene.appearance(&landmark, &at(photo, [0.0; 2])).unwrap().error;
                 at(photo, exact.map(|p| p / 1000.0 + 0.001 * offset))

@@ -84,7 +84,7 @@ pub(super) fn around(turned: &Scene, tracks: &[Track], root: usize, free: FreePa
     let mut scene = turned.clone();
     scene.cameras.iter_mut().flatten().for_each(|camera| camera.translation = -Vector3::z());
     scene.triangulate(&select_tracks(tracks, scene.cameras.len(), LANDMARKS), LOOSE);
-    if scene.median_depth().is_some_and(|depth| depth < 0.0) {
+    if scene.median_inverse_depth().is_some_and(|depth| depth < 0.0) {
         scene.cameras.iter_mut().flatten().for_each(|camera| camera.translation = Vector3::z());
     }
     finish(&mut scene, tracks, root, free, prior);
@@ -192,7 +192,7 @@ fn observations(scene: &Scene, tracks: &[Track], photo: usize) -> Vec<LandmarkOb
             continue;
         }
         if let Some(o) = track.iter().find(|o| o.photo == photo)
-            && let Some(observation) = LandmarkObservation::new(scene, &current.anchor, current.depth, *o)
+            && let Some(observation) = LandmarkObservation::new(scene, &current.anchor, current.inverse_depth, *o)
         {
             found.push(observation);
         }
@@ -236,7 +236,7 @@ fn by_direction(
     });
     trial.cameras[photo] = Some(at(1.0));
     trial.triangulate(tracks, LOOSE);
-    let inverse = trial.median_depth()?;
+    let inverse = trial.median_inverse_depth()?;
     // The median inverse depth of what is known is 1. Where theirs is none, nothing says that they are apart.
     Some(at(if inverse > 0.0 && inverse.is_normal() { inverse } else { 0.0 }))
 }

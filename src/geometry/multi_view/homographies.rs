@@ -153,3 +153,45 @@ impl LeastSquares for TransferErrors<'_> {
         moved
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::Rotation3;
+
+    use super::*;
+    use crate::geometry::{Match, Model};
+    use crate::rect::diagonal;
+
+    #[test]
+    fn photos_on_either_side_of_a_right_angle_are_chained() {
+        let lens = Lens { size: (800, 600), focal: Some(700.0) };
+        let [k, back] = lens.calibration(700.0 / diagonal(lens.size));
+        // 0, 20, 40 ... degrees: the centre of the fifth one is in front of the first camera, that of the sixth behind it.
+        let turn = *Rotation3::from_euler_angles(0.0, -20f64.to_radians(), 0.0).matrix();
+        let h = k * turn * back;
+        let links: Vec<PairLink> = (0..6)
+            .map(|photo| {
+                let at = |x: f64, y: f64| {
+                    let p = h * Vector3::new(x, y, 1.0);
+                    Match { target: [x, y], reference: [p[0] / p[2], p[1] / p[2]] }
+                };
+                let all = (0..200).map(|i| at(f64::from(i * 97 % 800), f64::from(i * 61 % 600)));
+                let matches: Vec<Match> = all.filter(|m| (0.0..800.0).contains(&m.reference[0])).collect();
+                let features = (0..matches.len()).map(|i| [i as u32; 2]).collect();
+                let kind = ModelKind::Homography;
+                PairLink { photos: [photo, photo + 1], features, matches, model: Model::homography(h), kind }
+            })
+            .collect();
+        let lenses = [lens; 7];
+        let chain = Chain::of(&lenses, &links, &[diagonal(lens.size); 7], 0);
+        for link in &links {
+            let map = chain.between(link.photos).unwrap();
+            for [from, to] in link.centred_matches(&lenses) {
+                let p = map * Vector3::new(from[0], from[1], 1.0);
+                let error = (p[0] / p[2] - to[0]).hypot(p[1] / p[2] - to[1]);
+                assert!(p[2] > 0.0 && error < 1e-6, "{:?}: {p:?}, {error}", link.photos);
+            }
+        }
+    }
+}

@@ -19,7 +19,7 @@ const SCALE: f64 = 2.0;
 /// A landmark in the world's axes, (X, w), and where the new camera sees it.
 pub(super) struct LandmarkObservation {
     point: Vector3<f64>,
-    depth: f64,
+    inverse_depth: f64,
     observation: Observation,
 }
 
@@ -27,11 +27,11 @@ impl LandmarkObservation {
     pub fn new(scene: &Scene, anchor: &Observation, depth: f64, observation: Observation) -> Option<Self> {
         let camera = scene.cameras[anchor.photo].as_ref()?;
         let point = camera.rotation.tr_mul(&(scene.ray(anchor) - camera.translation * depth));
-        Some(Self { point, depth, observation })
+        Some(Self { point, inverse_depth: depth, observation })
     }
 
     fn seen_by(&self, camera: &Camera) -> Vector3<f64> {
-        camera.rotation * self.point + camera.translation * self.depth
+        camera.rotation * self.point + camera.translation * self.inverse_depth
     }
 
     /// The error in pixels.
@@ -73,7 +73,7 @@ fn translation(scene: &Scene, rotation: &Matrix3<f64>, two: [&LandmarkObservatio
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for observation in two {
         let cross = scene.ray(&observation.observation).cross_matrix();
-        let a = cross * observation.depth;
+        let a = cross * observation.inverse_depth;
         matrix += a.tr_mul(&a);
         right -= a.tr_mul(&(cross * (rotation * observation.point)));
     }
@@ -105,8 +105,8 @@ impl LeastSquares for Resection<'_> {
             let weight = 1.0 / (1.0 + square);
             let scale = self.scene.diagonals[o.photo] * self.scene.focal(o.photo) / p[2];
             let slope = Matrix2x3::new(1.0, 0.0, -p[0] / p[2], 0.0, 1.0, -p[1] / p[2]) * scale;
-            let turn = -(slope * (p - camera.translation * observation.depth).cross_matrix());
-            let shift = slope * observation.depth;
+            let turn = -(slope * (p - camera.translation * observation.inverse_depth).cross_matrix());
+            let shift = slope * observation.inverse_depth;
             for k in 0..2 {
                 let row = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { turn[(k, i)] } else { shift[(k, i - 3)] });
                 equations.add(&row, seen.error[k], weight);

@@ -44,7 +44,7 @@ pub(super) struct Landmark {
     /// Its photo and place there.
     pub anchor: Observation,
     /// 1/z there.
-    pub depth: f64,
+    pub inverse_depth: f64,
     /// As other photos see it: shared, as scenes are copied in every step of bundle adjustment.
     pub seen: Arc<[Observation]>,
 }
@@ -119,7 +119,7 @@ impl Scene {
     pub fn appearance(&self, landmark: &Landmark, o: &Observation) -> Option<Appearance> {
         let (from, to) = (self.cameras[landmark.anchor.photo].as_ref()?, self.cameras[o.photo].as_ref()?);
         let (rotation, translation) = from.motion_to(to);
-        self.error(rotation * self.ray(&landmark.anchor) + translation * landmark.depth, o)
+        self.error(rotation * self.ray(&landmark.anchor) + translation * landmark.inverse_depth, o)
     }
 
     /// The error of a point in camera coordinates, but for the scale; `None` behind the camera.
@@ -146,7 +146,7 @@ impl Scene {
     fn landmark(&self, track: &Track, tolerance: f64) -> Option<Landmark> {
         let placed: Vec<Observation> = track.iter().filter(|o| self.cameras[o.photo].is_some()).copied().collect();
         let (anchor, seen) = placed.split_first()?;
-        let found = Landmark { anchor: *anchor, depth: self.depth(anchor, seen)?, seen: Arc::default() };
+        let found = Landmark { anchor: *anchor, inverse_depth: self.depth(anchor, seen)?, seen: Arc::default() };
         let seen: Arc<_> = seen.iter().filter(|o| self.distance(&found, o) < tolerance).copied().collect();
         (!seen.is_empty()).then_some(Landmark { seen, ..found })
     }
@@ -188,7 +188,11 @@ impl Scene {
     /// farther than infinitely far: cameras that moved the other way would see the same behind them.
     pub fn explained(&self) -> usize {
         let close = |landmark: &Landmark| {
-            let possible = Landmark { anchor: landmark.anchor, depth: landmark.depth.max(0.0), seen: Arc::default() };
+            let possible = Landmark {
+                anchor: landmark.anchor,
+                inverse_depth: landmark.inverse_depth.max(0.0),
+                seen: Arc::default(),
+            };
             let is_close = |o: &&Observation| self.distance(&possible, o) < EXPLAINED * self.diagonals[o.photo];
             landmark.seen.iter().filter(is_close).count()
         };
@@ -204,13 +208,13 @@ impl Scene {
     }
 
     /// The median inverse depth of the landmarks.
-    pub fn median_depth(&self) -> Option<f64> {
-        median(self.landmarks.iter().map(|landmark| landmark.depth).collect())
+    pub fn median_inverse_depth(&self) -> Option<f64> {
+        median(self.landmarks.iter().map(|landmark| landmark.inverse_depth).collect())
     }
 
     /// Scales the scene so that the median inverse depth is 1.
     pub fn normalise(&mut self) {
-        if let Some(depth) = self.median_depth() {
+        if let Some(depth) = self.median_inverse_depth() {
             self.scale(depth);
         }
     }
@@ -220,7 +224,7 @@ impl Scene {
         if !(scale > 0.0 && scale.is_normal()) {
             return;
         }
-        self.landmarks.iter_mut().for_each(|landmark| landmark.depth /= scale);
+        self.landmarks.iter_mut().for_each(|landmark| landmark.inverse_depth /= scale);
         self.cameras.iter_mut().flatten().for_each(|camera| camera.translation *= scale);
     }
 

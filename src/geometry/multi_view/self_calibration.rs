@@ -14,7 +14,7 @@ use crate::rect::diagonal;
 
 /// The standard deviation of ln f for given focal lengths: those in a photo's metadata are rounded, and some refer to the width of 35 mm
 /// film.
-const KNOWN_FOCAL: f64 = 0.05;
+const SET_FOCAL_DEVIATION: f64 = 0.05;
 /// Shortest and longest focal length that is tried, in diagonals, and how many.
 const RANGE: [f64; 2] = [0.3, 3.0];
 const STEPS: u32 = 60;
@@ -49,7 +49,7 @@ pub(super) fn calibrate(lenses: &[Lens], links: &[PairLink]) -> Focal {
     let known: Vec<f64> = lenses.iter().filter_map(|lens| lens.focal.map(|f| f / diagonal(lens.size))).collect();
     if let Some(value) = crate::statistics::median(known) {
         let share = |lens: &Lens| lens.focal.map_or(1.0, |f| f / diagonal(lens.size) / value);
-        let prior = [libm::log(value), KNOWN_FOCAL];
+        let prior = [libm::log(value), SET_FOCAL_DEVIATION];
         return Focal { shares: lenses.iter().map(share).collect(), estimates, value, prior };
     }
     let shares = vec![1.0; lenses.len()];

@@ -156,8 +156,11 @@ impl MultiView {
             let mut tracks = [vec![anchor], vec![anchor]];
             for o in landmark.seen.iter() {
                 let sides = [anchor, *o].map(|o| (o.photo, self.lenses[o.photo].pixel(o.place)));
-                let observed =
-                    ObservedPair { photos: sides.map(|s| s.0), places: sides.map(|s| s.1), depth: landmark.depth };
+                let observed = ObservedPair {
+                    photos: sides.map(|s| s.0),
+                    places: sides.map(|s| s.1),
+                    depth: landmark.inverse_depth,
+                };
                 let place = locate(&observed).map(|place| self.lenses[o.photo].centred(place));
                 tracks[0].push(Observation { place: place.unwrap_or(o.place), ..*o });
                 if let Some(place) = place {
@@ -247,10 +250,10 @@ impl MultiView {
         let mut samples = Vec::new();
         for landmark in &scene.landmarks {
             let found = if landmark.anchor.photo == photo {
-                Some((landmark.anchor.place, landmark.depth))
+                Some((landmark.anchor.place, landmark.inverse_depth))
             } else {
                 let seen = landmark.seen.iter().find(|o| o.photo == photo);
-                seen.and_then(|o| Some((o.place, landmark.depth / scene.appearance(landmark, o)?.point[2])))
+                seen.and_then(|o| Some((o.place, landmark.inverse_depth / scene.appearance(landmark, o)?.point[2])))
             };
             if let Some((place, depth)) = found {
                 let point = lens.pixel(place);

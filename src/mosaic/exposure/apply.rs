@@ -3,7 +3,7 @@
 use wide::{CmpGt, f32x4, i32x4};
 
 use super::clipped::{untinted, whiteness};
-use super::fit::{Curve, Field, Response};
+use super::fit::{Curve, ExposureModel, Field};
 use super::tone::{STEPS, levels};
 use crate::observer::{Observer, report_row};
 use crate::{Image, Rect, Result, Stage};
@@ -19,7 +19,7 @@ const FADE: f32 = 3.0;
 /// them less; where single channels are clipped, they do not tint the pixel.
 pub(super) fn apply(
     image: &mut Image,
-    response: &Response,
+    response: &ExposureModel,
     frame: Option<Rect>,
     linear: &[f32; 256],
     observer: &mut dyn Observer,

@@ -42,7 +42,7 @@ const FARTHEST: f64 = 0.4;
 const TINT: f64 = 0.08;
 
 /// What the target's light is multiplied by.
-pub(super) struct Response {
+pub(super) struct ExposureModel {
     /// On average over the overlap.
     pub gains: [f64; 3],
     pub curves: [Curve; 3],
@@ -77,7 +77,7 @@ impl Field {
     }
 }
 
-impl Response {
+impl ExposureModel {
     /// The same gains all over a canvas of this size.
     pub fn constant(gains: [f64; 3], size: (usize, usize)) -> Result<Self> {
         let mut field = Field::over(size)?;
@@ -135,7 +135,7 @@ pub(super) fn fit(
     size: (usize, usize),
     vary: bool,
     joint: Option<[f64; 3]>,
-) -> Result<Option<Response>> {
+) -> Result<Option<ExposureModel>> {
     if samples.len() < FEWEST {
         return Ok(None);
     }
@@ -143,6 +143,7 @@ pub(super) fn fit(
     let mut observations: Vec<Observation> = defaults(samples.len())?;
     let (mut gains, mut curves) = ([1.0; 3], [Curve::default(); 3]);
     let mut limits = Limits { slope: [-STEEPEST, STEEPEST], local: FARTHEST };
+    let most = libm::log(LARGEST);
     // Green first: the others may not differ much from it.
     for c in [GREEN, 0, 2] {
         for (o, sample) in observations.iter_mut().zip(samples) {
@@ -167,7 +168,7 @@ pub(super) fn fit(
         }
         gains[c] = after / before;
         for node in &mut nodes {
-            node.gain[c] = libm::exp((common + node.local).clamp(-2.0, 2.0)) as f32;
+            node.gain[c] = libm::exp((common + node.local).clamp(-most, most)) as f32;
         }
         if c == GREEN {
             nodes.iter_mut().for_each(|node| node.centre = node.local);
@@ -176,7 +177,7 @@ pub(super) fn fit(
         }
     }
     let sane = gains.iter().all(|gain| *gain > 1.0 / LARGEST && *gain < LARGEST);
-    Ok(sane.then_some(Response { gains, curves, field: Field { nodes, columns, rows, step } }))
+    Ok(sane.then_some(ExposureModel { gains, curves, field: Field { nodes, columns, rows, step } }))
 }
 
 /// Logarithm of the common gain, and the curve, of one channel; the field is left in the nodes.

@@ -44,7 +44,7 @@ pub(super) fn adjust(
     let fitted = fit::fit(&samples, image.size(), exposure == Exposure::Field, joint)?;
     let mut response = match (fitted, joint) {
         (Some(fitted), _) => fitted,
-        (None, Some(gains)) => fit::Response::constant(gains, image.size())?,
+        (None, Some(gains)) => fit::ExposureModel::constant(gains, image.size())?,
         (None, None) => return Ok([1.0; 3]),
     };
     clipped::mark(&mut response.field, image)?;

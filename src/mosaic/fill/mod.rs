@@ -102,13 +102,21 @@ fn check(image: &Image, voids: &Mask, guide: Option<&FillGuide>, options: &FillO
     if let Some(FillGuide { depth, .. }) = guide {
         check_size("guide", depth.size(), image.size())?;
     }
-    if !(1..=64).contains(&options.radius) {
-        let value = f64::from(options.radius);
-        return Err(Error::InvalidArgument { name: "fillRadius", expected: "between 1 and 64 pixels", value }.into());
+    options.check()
+}
+
+impl FillOptions {
+    /// Refuses what is out of range.
+    pub(crate) fn check(&self) -> Result<()> {
+        if !(1..=64).contains(&self.radius) {
+            let value = f64::from(self.radius);
+            let expected = "between 1 and 64 pixels";
+            return Err(Error::InvalidArgument { name: "fillRadius", expected, value }.into());
+        }
+        if !(0.0..=100.0).contains(&self.max_width) {
+            let value = self.max_width;
+            return Err(Error::InvalidArgument { name: "fillMaxWidth", expected: "from 0 to 100", value }.into());
+        }
+        Ok(())
     }
-    if !(0.0..=100.0).contains(&options.max_width) {
-        let value = options.max_width;
-        return Err(Error::InvalidArgument { name: "fillMaxWidth", expected: "from 0 to 100", value }.into());
-    }
-    Ok(())
 }

@@ -7,7 +7,7 @@ use wide::i32x4;
 use super::detail::Detail;
 use super::level::Level;
 use super::{BOTH, COARSEST, Preference};
-use crate::distance::{STRAIGHT, distance, to_outside};
+use crate::distance::{STRAIGHT, distance};
 use crate::image::zeroed;
 use crate::mosaic::canvas::Placed;
 use crate::observer::{Observer, report_row};
@@ -72,6 +72,8 @@ pub(super) fn finest(
         }
         None => None,
     };
+    // The frame of a mosaic says nothing of the border of its undistorted photo.
+    let own = if mosaic.is_none() { Some(reference.border_distance(size)?) } else { None };
     let mut differences = Differences::new(image, reference, seam, columns.clone())?;
     for (j, cells) in level.cells.chunks_exact_mut(columns.len()).enumerate() {
         let y = rows.start + j;
@@ -100,7 +102,7 @@ pub(super) fn finest(
             let unlike = apart.min(UNLIKE);
             let (blurred, inside) = match &mosaic {
                 Some((labels, detail, inside)) => (detail.cost(labels.data()[at + i]), inside[at + i].into()),
-                None => (0, to_outside((u, v), photo)),
+                None => (0, own.as_ref().map_or(0, |own| own.at((x, y)))),
             };
             let inside = inside.saturating_sub(border).min(border) as i32;
             let distorted = DISTORTED * unlike * unlike / UNLIKE * inside / (border as i32 * UNLIKE);

@@ -64,13 +64,11 @@ pub(super) fn sides(image: &Image, reference: &Placed<'_>) -> Result<Mask> {
 pub(super) fn middle(image: &Image, reference: &Placed<'_>, seam: &mut Mask) -> Result<()> {
     let (width, height) = image.size();
     let inside = distance(seam.data().len(), width, &|i| seam.data()[i] & TARGET == 0)?;
-    let size = reference.photo.size();
-    let own = reference.distance_to_border((width, height))?;
+    let own = reference.border_distance((width, height))?;
     for (i, side) in seam.data_mut().iter_mut().enumerate().filter(|(_, side)| **side == BOTH) {
-        let (x, y) = (i % width, i / width);
-        let edge = to_outside((x - reference.left, y - reference.top), size);
-        let edge = own.as_ref().map_or(edge, |own| edge.min(own[i].into()));
-        *side = if u32::from(inside[i]).min(to_outside((x, y), (width, height))) > edge { TARGET } else { REFERENCE };
+        let at = (i % width, i / width);
+        let edge = u32::from(inside[i]).min(to_outside(at, (width, height)));
+        *side = if edge > own.at(at) { TARGET } else { REFERENCE };
     }
     Ok(())
 }
@@ -88,6 +86,9 @@ pub(crate) enum Choice {
 
 /// Whether the target would show in the cells of a grid of this width: a seam of one resolution, for a prediction.
 pub(crate) fn predict(choices: &[Choice], width: usize) -> Result<Vec<bool>> {
+    if choices.is_empty() {
+        return Ok(Vec::new());
+    }
     let mut level = Level::empty(0, 0, width, choices.len() / width.max(1))?;
     for (cell, choice) in level.cells.iter_mut().zip(choices) {
         (cell.side, cell.cost) = match *choice {

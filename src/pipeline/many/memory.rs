@@ -36,7 +36,13 @@ impl<'a> Budget<'a> {
             }
         }
         let job = Job { photos: [first, second], depth: [false; 2], matches: false, masked: [false; 2] };
-        Self { memory: Memory::of(job, options), options, largest: first, held, limit: options.warp.max_bytes }
+        Self {
+            memory: Memory::of(job, options).unhalved(),
+            options,
+            largest: first,
+            held,
+            limit: options.warp.max_bytes,
+        }
     }
 
     /// Of what is held of a masked photo: a copy, and distances.
@@ -86,5 +92,19 @@ impl<'a> Budget<'a> {
     /// `too-large`.
     pub fn check(&self, canvas: (usize, usize)) -> Result<()> {
         refuse_above(self.limit, self.bytes(canvas), if canvas.0 > 0 { canvas } else { self.largest })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn larger_photos_take_more() {
+        let options = Options::default();
+        let bytes = |width: usize| Budget::of([(width, 2000); 5].into_iter(), &options).bytes((0, 0));
+        for width in (500..9000).step_by(100) {
+            assert!(bytes(width + 100) > bytes(width), "{width}: {} bytes, then {}", bytes(width), bytes(width + 100));
+        }
     }
 }

@@ -45,7 +45,7 @@ use crate::observer::{Observer, Portion, Subject};
 use crate::report::Warning;
 use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
 use crate::workers::{Workers, without_waiting};
-use crate::{Error, Image, InverseDepth, Result, Stage, View};
+use crate::{Error, Image, InverseDepth, Rect, Result, Stage, View};
 use align::align_timed;
 use check::check;
 use exposure::joint_gains;
@@ -247,8 +247,9 @@ impl Painting<'_> {
                 None => Composition::of(image, self.alignment.depth(photo), layer.label)?,
             };
             let (left, top) = first.offset;
-            let (width, height) = first.image.size();
-            let extent = [-(left as i64), -(top as i64), width as i64, height as i64];
+            let Some(drawn) = crop::bounds(&first.image) else { return Ok(None) };
+            let Rect { width, height, .. } = drawn;
+            let extent = [drawn.x as i64 - left as i64, drawn.y as i64 - top as i64, width as i64, height as i64];
             self.composition = Some(first);
             return Ok(Some(Added { gains: [1.0; 3], overlap: 0, extent }));
         };

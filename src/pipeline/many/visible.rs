@@ -2,14 +2,15 @@
 
 use super::result::Photo;
 use crate::transparency::Extended;
-use crate::{Result, View};
+use crate::{Error, Result, View};
 
 /// Photos whose masked pixels have been replaced; `None` where none is masked.
 pub(super) struct VisiblePhotos(Vec<Option<Extended>>);
 
 impl VisiblePhotos {
     pub fn of(photos: &[Photo<'_>]) -> Result<Self> {
-        let extended = |(i, photo): (usize, &Photo<'_>)| Extended::of(photo.view(), "photos", Some(i));
+        let extended =
+            |(i, photo): (usize, &Photo<'_>)| Extended::of(photo.view(), "photo").map_err(Error::of_photo(i));
         photos.iter().enumerate().map(extended).collect::<Result<_>>().map(Self)
     }
 
