@@ -106,3 +106,20 @@ test("one of three photos is turned in its place", async () => {
   assert.deepEqual(await complaints(), []);
   await close();
 });
+
+test("photos are not swapped while one of them is turned", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await page.evaluate(() => {
+    for (const selector of ['[data-slot="target"] .turn', "#swap"]) {
+      const button = document.querySelector(selector);
+      if (button instanceof HTMLElement) button.click();
+    }
+  });
+  await idle(page);
+  await finished(page);
+  const names = await page.locator(".card.photo .file").allTextContents();
+  assert.deepEqual(names, ["target.jpg", "reference.jpg"]);
+  await page.locator('#swap[aria-disabled="false"]').click();
+  await page.locator("#result-source", { hasText: "reference.jpg onto target.jpg" }).waitFor();
+  await close();
+});

@@ -87,10 +87,9 @@ function bindHead(store: Store, loader: InputLoader, runner: Runner): void {
     });
     byId("target-file", HTMLInputElement).focus();
   });
-  store.subscribe(({ slots }, before) => {
-    if (slots !== before.slots || store.state === before) {
-      setEnabled(swap, slots.target !== null || slots.reference !== null);
-    }
+  store.subscribe(({ slots, loading }) => {
+    // What is being read has its place already.
+    setEnabled(swap, loading.size === 0 && (slots.target ?? slots.reference) !== null);
   });
 }
 
