@@ -247,3 +247,17 @@ const migan = weights("migan");
 test("fills voids by MI-GAN with its real weights", { skip: migan.missing }, () =>
   fillWith("migan", "migan.onnx"),
 );
+
+test("an address that is being typed outlasts the end of a run", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await openPanel(page, "depth");
+  await page.check('input[name="depth-source"][value="model"]');
+  await page.fill("#depth-host", host);
+  // Without a click, which would end the typing.
+  await page.evaluate(() => document.querySelector("#swap")?.dispatchEvent(new Event("click")));
+  await page.locator("#result-source", { hasText: "reference.jpg onto target.jpg" }).waitFor();
+  await idle(page);
+  assert.equal(await page.inputValue("#depth-host"), host);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "depth-host");
+  await close();
+});

@@ -76,21 +76,24 @@ function bindNetwork(store: Store, runner: Runner): void {
     );
   }
 
-  const draw = ({ settings, running }: State) => {
-    model.value = settings.depthModel;
-    host.value = settings.depthHost;
+  const draw = ({ settings }: State) => {
     const { depthOnnx, depthModel } = settings;
+    model.value = depthModel;
+    host.value = settings.depthHost;
     address.value = depthOnnx.address;
     colours.value = depthOnnx.colours;
     output.value = depthOnnx.output;
     byId("depth-host-part", HTMLElement).hidden = depthModel === "onnx";
     byId("depth-onnx-part", HTMLElement).hidden = depthModel !== "onnx";
     byId("depth-model-hint", HTMLElement).textContent =
-      `${models[settings.depthModel].hint} It is downloaded once and cached by the browser. Your photos are not uploaded.`;
-    setEnabled(button, !running && (depthModel !== "onnx" || depthOnnx.address !== ""));
+      `${models[depthModel].hint} It is downloaded once and cached by the browser. Your photos are not uploaded.`;
   };
   store.subscribe((state, before) => {
-    if (state.settings !== before.settings || !state.running !== !before.running) draw(state);
+    const { settings, running } = state;
+    // Otherwise what is being typed would be lost.
+    if (settings !== before.settings) draw(state);
+    const { depthModel, depthOnnx } = settings;
+    setEnabled(button, !running && (depthModel !== "onnx" || depthOnnx.address !== ""));
   });
   draw(store.state);
 }
