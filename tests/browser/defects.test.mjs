@@ -338,3 +338,27 @@ test("a long photo that is reduced to a strip is said to be, and where to change
   await page.locator(".tile .note", { hasText: /Used at 2048.×.205 only/ }).waitFor();
   await close();
 });
+
+test("the example that is given up while it is read leaves three photos as they were", async () => {
+  const files = [...smallPhotos, exampleFile("target.jpg")];
+  const { page, complaints, close } = await site.open({ files });
+  const first = await savedPicture(page);
+  await page.evaluate(() => {
+    const cancel = document.querySelector("#cancel");
+    const card = document.querySelector('[data-slot="target"]');
+    let busy = 0;
+    // Once while the files are fetched, and once more while they are read.
+    const observer = new MutationObserver((changes) => {
+      busy += changes.length;
+      if (busy > 1 && cancel instanceof HTMLElement) cancel.click();
+    });
+    if (card) observer.observe(card, { attributeFilter: ["aria-busy"] });
+  });
+  await page.locator("#load-sample").click();
+  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
+  await idle(page);
+  assert.equal(await page.getAttribute("body", "data-photos"), "many");
+  assertSame(await savedPicture(page), first);
+  assert.deepEqual(await complaints(), []);
+  await close();
+});

@@ -87,8 +87,7 @@ export class InputLoader {
         return;
       }
       const absent = theCase ? namesAbsent(theCase, placed) : [];
-      if (theCase) this.#clearOthers(placed);
-      if (!(await this.#load(placed, "own", theCase?.depth))) return;
+      if (!(await this.#load(placed, "own", theCase))) return;
       this.#say(hiddenProblems(this.#store.state.problems, placed));
       // A single photo has taken a free place, and files that are no photos have taken that of none.
       this.#reportReplaced(before, photos, theCase || photos.length > 1 ? own.length : 0);
@@ -124,8 +123,7 @@ export class InputLoader {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
       return;
     }
-    this.#clearOthers(fetched.files);
-    if (!(await this.#load(fetched.files, "sample", fetched.depth))) return;
+    if (!(await this.#load(fetched.files, "sample", fetched))) return;
     const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
     this.#reportReplaced(before, [], own.length);
   }
@@ -216,24 +214,14 @@ export class InputLoader {
   }
 
   clear(slots: readonly SlotName[]): void {
-    const emptied: { [K in SlotName]?: null } = {};
-    for (const slot of slots) {
-      this.#latest.get(slot)?.abort();
-      emptied[slot] = null;
-    }
+    for (const slot of slots) this.#latest.get(slot)?.abort();
     const { state } = this.#store;
     this.#store.set({
-      slots: { ...state.slots, ...emptied },
+      slots: { ...state.slots, ...emptied(slots) },
       problems: without(state.problems, slots),
       loading: this.#loadingExcept(slots),
       message: null,
     });
-  }
-
-  /** Clears the slots that a case has no file for. */
-  #clearOthers(files: Files): void {
-    this.#store.set({ set: null });
-    this.clear(slotNames.filter((slot) => !files[slot]));
   }
 
   /** Gives up what is being read: slots keep what they had. */
@@ -266,11 +254,16 @@ export class InputLoader {
   }
 
   /**
-   * Loads files into their slots. `depth` is the meaning of the depth values, if known. Returns false if all were given up or have been
+   * Loads files into their slots; those of a case take the place of all that is there. Returns false if all were given up or have been
    * replaced meanwhile.
    */
-  async #load(files: Files, origin: Origin, depth?: DepthSettings): Promise<boolean> {
+  async #load(
+    files: Files,
+    origin: Origin,
+    theCase?: Pick<Case, "depth"> | null,
+  ): Promise<boolean> {
     const names = slotNames.filter((slot) => files[slot]);
+    const others = theCase ? slotNames.filter((slot) => !files[slot]) : [];
     const loads = names.map((slot) => ({ slot, signal: this.#begin(slot) }));
     const { state } = this.#store;
     this.#store.set({
@@ -287,10 +280,12 @@ export class InputLoader {
       }),
     );
     const arrived = Object.assign({}, ...outcomes.filter((outcome) => typeof outcome !== "string"));
-    const recoloured = await inOneColourSpace({ ...this.#store.state.slots, ...arrived }, limit);
+    const kept = () => ({ ...this.#store.state.slots, ...emptied(others) });
+    const recoloured = await inOneColourSpace({ ...kept(), ...arrived }, limit);
     const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
     if (names.length > 0 && current.length === 0) return false;
-    let { problems } = this.#store.state;
+    for (const slot of others) this.#latest.get(slot)?.abort();
+    let problems = without(this.#store.state.problems, others);
     let loaded: Partial<Slots> = {};
     for (const [index, slot] of names.entries()) {
       const outcome = outcomes[index];
@@ -298,7 +293,7 @@ export class InputLoader {
       if (typeof outcome === "string") problems = { ...problems, [slot]: outcome };
       else loaded = { ...loaded, ...outcome };
     }
-    let slots = withLoaded(this.#store.state.slots, loaded);
+    let slots = withLoaded(kept(), loaded);
     for (const slot of photoSlots) {
       const again = recoloured[slot];
       if (!again || slots[slot]?.file !== again.before.file) continue;
@@ -308,10 +303,11 @@ export class InputLoader {
       if (typeof after === "string") problems = { ...problems, [slot]: after };
     }
     this.#store.set({
+      ...(theCase && { set: null }),
       slots,
-      settings: depthSettingsAfter(this.#store.state, slots, loaded, depth),
+      settings: depthSettingsAfter(this.#store.state, slots, loaded, theCase?.depth),
       problems,
-      loading: this.#loadingExcept(current),
+      loading: this.#loadingExcept([...current, ...others]),
     });
     return true;
   }
@@ -344,6 +340,10 @@ function namesAbsent(theCase: Case, placed: Files): string[] {
     const name = theCase.files[slot];
     return name !== undefined && !placed[slot] ? [name] : [];
   });
+}
+
+function emptied(names: readonly SlotName[]): { [K in SlotName]?: null } {
+  return Object.fromEntries(names.map((name) => [name, null]));
 }
 
 function without<T>(
