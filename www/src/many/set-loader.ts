@@ -154,7 +154,7 @@ export class SetLoader {
     this.#reading.delete(next.id);
     const { set: now } = this.#store.state;
     // Unless the photo was removed meanwhile, or is wanted at another size now.
-    if (now?.limit === limit) {
+    if (now?.limit === limit && now.photos.some(({ id }) => id === next.id)) {
       const photos = now.photos.map((photo) =>
         photo.id === next.id ? { ...photo, ...decoded, limit } : photo,
       );
