@@ -362,3 +362,27 @@ test("the example that is given up while it is read leaves three photos as they 
   assert.deepEqual(await complaints(), []);
   await close();
 });
+
+test("photos that come back while the example is fetched stay", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  /** @type {() => void} */
+  let arrive = () => {};
+  const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
+  await page.route("**/sample/*.jpg", async (route) => {
+    await arrived;
+    // The page has given it up.
+    await route.continue().catch(() => {});
+  });
+  const asked = page.waitForRequest("**/sample/target.jpg");
+  await page.locator("#clear-inputs").click();
+  await page.locator("#start-sample").click();
+  const givenUp = page.waitForEvent("requestfailed");
+  await asked;
+  await page.getByRole("button", { name: "Undo" }).click();
+  await givenUp;
+  arrive();
+  await finished(page);
+  assert.equal(await page.getAttribute("body", "data-loading"), "false");
+  assert.equal(await page.locator("#result-source").textContent(), "target.jpg onto reference.jpg");
+  await close();
+});

@@ -107,7 +107,6 @@ export class InputLoader {
 
   /** Loads the case that is part of the page, unless files are chosen before it has arrived. */
   async loadSample(folder: URL): Promise<void> {
-    const before = this.#store.state;
     const loads = slotNames.map((slot) => ({ slot, signal: this.#begin(slot) }));
     const fetching = new AbortController();
     for (const { signal } of loads) signal.addEventListener("abort", () => fetching.abort());
@@ -123,6 +122,7 @@ export class InputLoader {
       this.#store.set({ message: unusable(error, "The example could not be loaded.") });
       return;
     }
+    const before = this.#store.state;
     if (!(await this.#load(fetched.files, "sample", fetched))) return;
     const own = photoSlots.filter((slot) => before.slots[slot]?.origin === "own");
     this.#reportReplaced(before, [], own.length);
@@ -209,6 +209,7 @@ export class InputLoader {
 
   /** Comes back to the photos and the result of an earlier state; a set that was being read is read on. */
   comeBack(before: State): void {
+    this.#forget();
     this.#store.set(cameBack(before, this.#store.state));
     if (before.set) void this.sets().then((loader) => loader.reload());
   }
@@ -226,13 +227,17 @@ export class InputLoader {
 
   /** Gives up what is being read: slots keep what they had. */
   cancel(): void {
+    const { loading, set } = this.#store.state;
+    this.#forget();
+    if (set) void this.sets().then((loader) => loader.cancel());
+    if (loading.size > 0) this.#store.set({ status: "Cancelled" });
+  }
+
+  /** Gives up what is being read for slots, and what waits for that. */
+  #forget(): void {
     this.#cancelled += 1;
     this.#queue = Promise.resolve();
-    const { loading, set } = this.#store.state;
-    if (set) void this.sets().then((loader) => loader.cancel());
-    if (loading.size === 0) return;
     this.#giveUp();
-    this.#store.set({ status: "Cancelled" });
   }
 
   #giveUp(): void {
