@@ -132,3 +132,28 @@ test("a photo that cannot be read again in the colours of the other one leaves i
   await page.locator("#status", { hasText: /^Done/ }).waitFor();
   await close();
 });
+
+test("a photo that is turned while the other one brings its colours is turned, in these", async () => {
+  const { page, close } = await site.open();
+  const colourProfile = await displayP3(page);
+  const wide = written("g.png", await encodePng(reference, { colourProfile }));
+  await page.setInputFiles("#target-file", smallPhotos[0] ?? "");
+  const card = page.locator('[data-slot="target"]');
+  await card.locator(".file", { hasText: "target.jpg" }).waitFor();
+  await page.evaluate(() => {
+    const turn = document.querySelector('[data-slot="target"] .turn');
+    const other = document.querySelector('[data-slot="reference"]');
+    const observer = new MutationObserver(() => {
+      observer.disconnect();
+      if (turn instanceof HTMLElement) turn.click();
+    });
+    if (other) observer.observe(other, { attributeFilter: ["aria-busy"] });
+  });
+  await page.setInputFiles("#reference-file", wide);
+  await page.locator("#status", { hasText: /^Done/ }).waitFor();
+  assert.match((await card.locator(".size").textContent()) ?? "", /^160.×.240$/);
+  await page.selectOption("#save-format", "png");
+  const { bytes } = await saved(page, "#download-mosaic");
+  assert.deepEqual(await readMetadata(bytes), { colourProfile, exif: null });
+  await close();
+});

@@ -56,17 +56,15 @@ export function turnsOf({ slots }: State, slot: SlotName, files: Files): number 
   return loaded && loaded.file === files[slot] ? loaded.content.turns : 0;
 }
 
-/** A photo that was decoded again, or why it could not be: its file may have been moved since. */
-interface Recoloured {
-  readonly before: Loaded<Photo>;
-  readonly after: Loaded<Photo> | string;
-}
-
-/** Those photos that have to be decoded again, so that both are in the larger of their colour spaces. */
+/**
+ * Those photos that have to be decoded again, so that both are in the larger of their colour spaces; or why that failed, as a file may have
+ * been moved since. `present` gives the photos, which may be turned or replaced meanwhile.
+ */
 export async function inOneColourSpace(
-  slots: Slots,
+  present: () => Slots,
   limit: number,
-): Promise<{ readonly [K in PhotoSlot]?: Recoloured }> {
+): Promise<{ readonly [K in PhotoSlot]?: Loaded<Photo> | string }> {
+  const slots = present();
   const wide = "display-p3";
   if (photoSlots.every((slot) => slots[slot]?.content.colourSpace !== wide)) return {};
   let again = {};
@@ -78,7 +76,9 @@ export async function inOneColourSpace(
       (content) => ({ ...before, content }),
       (error: unknown) => `${file.name} could not be read again: ${messageOf(error)}`,
     );
-    again = { ...again, [slot]: { before, after } };
+    again = { ...again, [slot]: after };
   }
-  return again;
+  const now = present();
+  const changed = photoSlots.some((slot) => now[slot] !== slots[slot]);
+  return changed ? inOneColourSpace(present, limit) : again;
 }

@@ -18,6 +18,7 @@ import type {
   Store,
 } from "../state.js";
 import { decodePhoto, imageTask } from "../image-worker/client.js";
+import type { Photo } from "../image-worker/contents.js";
 import { decodeSlot, inOneColourSpace, parsers, turnsOf } from "./decode-slots.js";
 import type { Files } from "./decode-slots.js";
 import { hiddenProblems, incompleteCase, unusable, unusedFiles } from "./file-messages.js";
@@ -135,20 +136,32 @@ export class InputLoader {
     if (!loaded || state.loading.has(slot)) return;
     const signal = this.#begin(slot);
     this.#store.set({ loading: new Set([...state.loading, slot]), undo: null });
+    await this.#turn(slot, loaded, signal);
+  }
+
+  async #turn(slot: PhotoSlot, loaded: Loaded<Photo>, signal: AbortSignal): Promise<void> {
+    const { slots, settings } = this.#store.state;
     const { file, content } = loaded;
     const { turns, colourSpace } = content;
-    const map = state.slots[depthSlot[slot]];
-    const limit = state.settings.photoLimit;
+    const map = slots[depthSlot[slot]];
+    const limit = settings.photoLimit;
     const [turned, depth] = await Promise.all([
       decodePhoto(file, file.name, limit, (turns + 1) % 4, colourSpace),
       map && imageTask("turnDepth", map.content),
     ]).catch((error: unknown) => [messageOf(error)] as const);
     if (signal.aborted) return;
     const now = this.#store.state;
-    if (typeof turned === "string") {
+    const present = now.slots[slot];
+    // Meanwhile it was read in the colour space of the other photo, or has got another depth map.
+    if (present && (present !== loaded || now.slots[depthSlot[slot]] !== map)) {
+      return this.#turn(slot, present, signal);
+    }
+    const loading = this.#loadingExcept([slot]);
+    if (!present || typeof turned === "string") {
       // A file that was moved or changed since.
-      const loading = this.#loadingExcept([slot]);
-      this.#store.set({ loading, problems: { ...now.problems, [slot]: turned } });
+      const problems =
+        typeof turned === "string" ? { ...now.problems, [slot]: turned } : now.problems;
+      this.#store.set({ loading, problems });
       return;
     }
     const { matches } = now.slots;
@@ -162,7 +175,7 @@ export class InputLoader {
           content: turnMatches(matches.content, slot, content.original.height),
         },
       },
-      loading: this.#loadingExcept([slot]),
+      loading,
     });
   }
 
@@ -278,41 +291,38 @@ export class InputLoader {
       undo: null,
     });
     const limit = state.settings.photoLimit;
-    const outcomes = await Promise.all(
-      loads.map(({ slot, signal }) => {
+    const decoded = await Promise.all(
+      loads.map(async ({ slot, signal }) => {
         const turns = turnsOf(state, slot, files);
-        return decodeSlot(slot, files[slot], origin, { limit, turns, signal });
+        const how = { limit, turns, signal };
+        return { slot, signal, outcome: await decodeSlot(slot, files[slot], origin, how) };
       }),
     );
-    const arrived = Object.assign({}, ...outcomes.filter((outcome) => typeof outcome !== "string"));
-    const kept = () => ({ ...this.#store.state.slots, ...emptied(others) });
-    const recoloured = await inOneColourSpace({ ...kept(), ...arrived }, limit);
-    const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
-    if (names.length > 0 && current.length === 0) return false;
+    const current = () => decoded.filter(({ signal }) => !signal.aborted);
+    const loaded = (): Partial<Slots> =>
+      Object.assign({}, ...current().map(({ outcome }) => typeof outcome !== "string" && outcome));
+    const filled = () => withLoaded({ ...this.#store.state.slots, ...emptied(others) }, loaded());
+    const recoloured = await inOneColourSpace(filled, limit);
+    if (names.length > 0 && current().length === 0) return false;
     for (const slot of others) this.#latest.get(slot)?.abort();
+    let slots = filled();
     let problems = without(this.#store.state.problems, others);
-    let loaded: Partial<Slots> = {};
-    for (const [index, slot] of names.entries()) {
-      const outcome = outcomes[index];
-      if (!outcome || !current.includes(slot)) continue;
+    for (const { slot, outcome } of current()) {
       if (typeof outcome === "string") problems = { ...problems, [slot]: outcome };
-      else loaded = { ...loaded, ...outcome };
     }
-    let slots = withLoaded(kept(), loaded);
     for (const slot of photoSlots) {
       const again = recoloured[slot];
-      if (!again || slots[slot]?.file !== again.before.file) continue;
-      const { after } = again;
+      if (again === undefined) continue;
       // In two colour spaces the photos cannot be stitched.
-      slots = { ...slots, [slot]: typeof after === "string" ? null : after };
-      if (typeof after === "string") problems = { ...problems, [slot]: after };
+      slots = { ...slots, [slot]: typeof again === "string" ? null : again };
+      if (typeof again === "string") problems = { ...problems, [slot]: again };
     }
     this.#store.set({
       ...(theCase && { set: null }),
       slots,
-      settings: depthSettingsAfter(this.#store.state, slots, loaded, theCase?.depth),
+      settings: depthSettingsAfter(this.#store.state, slots, loaded(), theCase?.depth),
       problems,
-      loading: this.#loadingExcept([...current, ...others]),
+      loading: this.#loadingExcept([...current().map(({ slot }) => slot), ...others]),
     });
     return true;
   }
