@@ -169,3 +169,25 @@ test("photos above the limit are scaled down, and their matches with them", asyn
   await finished(page);
   await close();
 });
+
+test("a size that is chosen while a photo is read holds for that too", async () => {
+  const { page, close } = await site.open({ files: smallPhotos, hash: "#page.photoLimit=120" });
+  await page.evaluate(() => {
+    const limit = document.querySelector("#photo-limit");
+    const card = document.querySelector('[data-slot="target"]');
+    const observer = new MutationObserver(() => {
+      observer.disconnect();
+      if (!(limit instanceof HTMLSelectElement)) return;
+      limit.value = "1024";
+      limit.dispatchEvent(new Event("change"));
+    });
+    if (card) observer.observe(card, { attributeFilter: ["aria-busy"] });
+  });
+  await page.setInputFiles("#target-file", smallFile("reference.jpg"));
+  for (const slot of ["target", "reference"]) {
+    const card = page.locator(`[data-slot="${slot}"]`, { hasText: "reference.jpg" });
+    await card.locator(".size", { hasText: /^240.×.160$/ }).waitFor();
+  }
+  await finished(page);
+  await close();
+});

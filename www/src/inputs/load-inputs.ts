@@ -23,6 +23,7 @@ import { decodeSlot, inOneColourSpace, parsers, turnsOf } from "./decode-slots.j
 import type { Files } from "./decode-slots.js";
 import { hiddenProblems, incompleteCase, unusable, unusedFiles } from "./file-messages.js";
 import type { Case } from "./parse-files.js";
+import { hasSize } from "../many/photo-set.js";
 import type { SetLoader } from "../many/set-loader.js";
 import { cameBack } from "../undo.js";
 import { isCaseFile, sortFiles } from "./sort-files.js";
@@ -177,17 +178,25 @@ export class InputLoader {
       },
       loading,
     });
+    await this.#followLimit(limit);
   }
 
-  /** Decodes the photos again after the size limit has changed. */
+  /** Decodes photos again that the size limit, when it has changed, gives another size; those that are being read follow. */
   async reloadPhotos(): Promise<void> {
-    if (this.#store.state.set) return (await this.sets()).reload();
-    const { target, reference } = this.#store.state.slots;
-    const files = {
-      ...(target && { target: target.file }),
-      ...(reference && { reference: reference.file }),
-    };
-    await this.#load(files, (target ?? reference)?.origin ?? "own");
+    const { set, slots, loading, settings } = this.#store.state;
+    if (set) return (await this.sets()).reload();
+    const due = photoSlots.flatMap((slot) => {
+      const loaded = slots[slot];
+      if (!loaded || loading.has(slot)) return [];
+      return hasSize(loaded.content, settings.photoLimit) ? [] : [{ slot, ...loaded }];
+    });
+    const files = Object.fromEntries(due.map(({ slot, file }) => [slot, file]));
+    if (due[0]) await this.#load(files, due[0].origin);
+  }
+
+  /** After something was read with a size limit: has it follow the present one. */
+  async #followLimit(limit: number): Promise<void> {
+    if (this.#store.state.settings.photoLimit !== limit) await this.reloadPhotos();
   }
 
   /** What loads three photos or more. */
@@ -224,7 +233,7 @@ export class InputLoader {
   comeBack(before: State): void {
     this.#forget();
     this.#store.set(cameBack(before, this.#store.state));
-    if (before.set) void this.sets().then((loader) => loader.reload());
+    void this.reloadPhotos();
   }
 
   clear(slots: readonly SlotName[]): void {
@@ -324,6 +333,7 @@ export class InputLoader {
       problems,
       loading: this.#loadingExcept([...current().map(({ slot }) => slot), ...others]),
     });
+    await this.#followLimit(limit);
     return true;
   }
 

@@ -58,10 +58,13 @@ export function coloursOfSet({ photos }: PhotoSet): PredefinedColorSpace {
 export function isDue({ content, limit, problem }: SetPhoto, set: PhotoSet): boolean {
   if (!content) return problem === null;
   if (content.colourSpace !== coloursOfSet(set)) return true;
-  const wanted = set.limit;
-  const { original, width } = content;
-  const longer = Math.max(original.width, original.height);
-  return limit !== wanted && (width < original.width || (wanted > 0 && longer > wanted));
+  return limit !== set.limit && !hasSize(content, set.limit);
+}
+
+/** Whether a photo has the size that it is given by a limit of its longer side; 0 for no limit. */
+export function hasSize({ original, width }: Photo, limit: number): boolean {
+  const scale = limit > 0 ? limit / Math.max(original.width, original.height) : 1;
+  return width === Math.max(1, Math.round(original.width * Math.min(1, scale)));
 }
 
 /** The photos that are stitched: decoded, each picture once, thirty at most. */

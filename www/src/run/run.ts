@@ -256,7 +256,11 @@ export function bindRun(store: Store, runner: Runner, loader: InputLoader): void
       if (!complete) runner.giveUp();
     }
     if (!waiting || isLoading(state)) return;
-    waiting = false;
-    queueMicrotask(() => void runner.stitchAutomatically());
+    queueMicrotask(() => {
+      // What has just been read may be read again.
+      if (!waiting || isLoading(store.state)) return;
+      waiting = false;
+      void runner.stitchAutomatically();
+    });
   });
 }
