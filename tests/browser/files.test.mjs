@@ -361,3 +361,13 @@ test("applies the EXIF orientation and focal length of a photo", async () => {
   await idle(page);
   await close();
 });
+
+test("the warning about the shape of a depth map comes and goes with its photo", async () => {
+  const { page, close } = await site.open({ files: smallCase });
+  const tall = { data: new Uint8Array(60 * 90), width: 60, height: 90 };
+  await page.setInputFiles("#target-file", written("tall.png", await encodeGrayPng(tall)));
+  await says(page, "targetDepth", "note", /its photo 60.×.90: the aspect ratios differ/);
+  await page.setInputFiles("#target-file", smallFile("target.jpg"));
+  await says(page, "targetDepth", "note", /^$/);
+  await close();
+});

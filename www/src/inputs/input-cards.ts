@@ -1,6 +1,6 @@
 import type { Photo } from "../image-worker/contents.js";
 import { byId, find, make } from "../dom.js";
-import { slotNames, type SlotName, type State, type Store } from "../state.js";
+import { slotNames, type PhotoSlot, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import { messageOf } from "../message-of.js";
 import { count, percent, size, smallAfterLimit } from "../text/numbers.js";
@@ -173,10 +173,16 @@ function fillCard(card: HTMLElement, slot: SlotName, loader: InputLoader): HTMLE
   return remove;
 }
 
-/** Whether the thumbnail depends on something else that changed. */
+/** The slot of the photo that a depth map, or the drawing of matches, belongs to. */
+function photoOf(slot: SlotName): PhotoSlot {
+  return slot === "referenceDepth" ? "reference" : "target";
+}
+
+/** Whether the thumbnail, or what is said of it, depends on something else that changed. */
 function redraws(slot: SlotName, state: State, before: State): boolean {
-  if (slot === "matches") return state.slots.target !== before.slots.target;
-  return slot.endsWith("Depth") && state.settings.depth !== before.settings.depth;
+  if (slot === "target" || slot === "reference") return false;
+  if (state.slots[photoOf(slot)] !== before.slots[photoOf(slot)]) return true;
+  return slot !== "matches" && state.settings.depth !== before.settings.depth;
 }
 
 function sizeText(slot: SlotName, { slots }: State): string {
@@ -210,7 +216,7 @@ async function warningAbout(slot: SlotName, { slots, settings }: State): Promise
   }
   if (slot === "matches") return "";
   const map = slots[slot]?.content;
-  const photo = slots[slot === "targetDepth" ? "target" : "reference"]?.content;
+  const photo = slots[photoOf(slot)]?.content;
   if (!map) return "";
   if (photo) {
     const ratio = (map.width / map.height) * (photo.height / photo.width);
