@@ -377,3 +377,12 @@ test("once loaded it works offline", async () => {
     await own.close().catch(() => undefined);
   }
 });
+
+test("the focus goes to the result when what was pressed at the start is gone", async () => {
+  const { page, close } = await site.open();
+  await page.locator("#many-files").focus();
+  await page.setInputFiles("#many-files", smallPhotos);
+  await finished(page);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "results");
+  await close();
+});

@@ -60,7 +60,12 @@ function bindPhase(store: Store): void {
     const { slots, set, outcome } = state;
     dataset["loading"] = String(isLoading(state));
     const complete = set !== null || (slots.target !== null && slots.reference !== null);
-    dataset["phase"] = outcome !== null || complete ? "work" : "start";
+    const phase = outcome !== null || complete ? "work" : "start";
+    dataset["phase"] = phase;
+    // What was pressed goes with the start.
+    if (phase === "work" && document.activeElement?.closest(".only-start")) {
+      byId("results", HTMLElement).focus({ preventScroll: true });
+    }
     dataset["photos"] = set ? "many" : "pair";
     dataset["result"] = outcome?.kind ?? (set ? "many" : "pair");
   });
