@@ -174,3 +174,16 @@ test("a lost worker is reported, and the next run works", async () => {
   assert.equal(await page.locator("#message").textContent(), "");
   await close();
 });
+
+test("methods that are not compared, as that was cancelled, say so", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await page.locator("#methods-panel > summary").click();
+  await page.evaluate(cancelDuring, "Warping");
+  await page.locator("#methods-run").click();
+  await page.locator('body[data-cancelled="Warping"]').waitFor();
+  await idle(page);
+  const words = page.locator(".method .agreement", { hasText: "Not computed." });
+  await words.first().waitFor();
+  assert.equal(await page.locator(".method .agreement", { hasText: /^…$/ }).count(), 0);
+  await close();
+});

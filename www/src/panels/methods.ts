@@ -11,6 +11,8 @@ import { messageOf } from "../message-of.js";
 
 /** Twice the width of the widest card, for high-density screens. */
 const width = 560;
+/** What a card says until its method is computed. */
+const waiting = "…";
 
 /** Binds the comparison of methods: a mosaic with quality measures for each, and the result itself last. */
 export function bindMethods(store: Store, runner: Runner, openView: (id: string) => void): void {
@@ -30,7 +32,7 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
     const own = makeCard("depthstitch", "the result above");
     list.replaceChildren(...cards, own);
     fillCard(own, outcome.result, outcome).catch((error: unknown) => fail(own, error));
-    void runner.compute(async (call) => {
+    const computed = runner.compute(async (call) => {
       for (const [index, method] of offered.entries()) {
         const card = cards[index];
         if (!card || store.state.outcome !== outcome) return;
@@ -48,6 +50,12 @@ export function bindMethods(store: Store, runner: Runner, openView: (id: string)
         }
       }
     });
+    void computed.then(() => {
+      for (const card of cards) {
+        const words = agreementOf(card);
+        if (words.textContent === waiting) words.textContent = "Not computed.";
+      }
+    });
   });
   store.subscribe(({ outcome, running }, before) => {
     setEnabled(button, outcome?.kind === "pair" && !running);
@@ -62,12 +70,16 @@ function makeCard(label: string, hint: string): HTMLLIElement {
     make("canvas", { width: "4", height: "3", role: "img", "aria-label": `Result of: ${label}` }),
     make("h3", {}, label),
     make("p", { class: "muted" }, hint),
-    make("p", { class: "agreement" }, "…"),
+    make("p", { class: "agreement" }, waiting),
   );
 }
 
+function agreementOf(card: HTMLElement): HTMLElement {
+  return find(card, ".agreement", HTMLElement);
+}
+
 function fail(card: HTMLElement, error: unknown): void {
-  find(card, ".agreement", HTMLElement).textContent = messageOf(error);
+  agreementOf(card).textContent = messageOf(error);
 }
 
 async function fillCard(card: HTMLElement, result: PairResult, outcome: Outcome): Promise<void> {
@@ -78,6 +90,6 @@ async function fillCard(card: HTMLElement, result: PairResult, outcome: Outcome)
   context2d(canvas).drawImage(bitmap, 0, 0);
   bitmap.close();
   const { psnrMask, ssimMask, coverage } = result.quality;
-  find(card, ".agreement", HTMLElement).textContent =
+  agreementOf(card).textContent =
     `${decibels(psnrMask)} · SSIM ${similarity(ssimMask)} · covers ${percent(coverage)}`;
 }

@@ -61,6 +61,7 @@ export class Runner {
     let value: T | undefined;
     await this.#queue(async (signal) => {
       const { status } = this.#store.state;
+      this.#store.set({ running: { stage: "input", fraction: 0 } });
       value = await work(this.#call(signal));
       const message = lastingMessage(this.#store.state);
       this.#store.set({ running: null, status, message });
