@@ -187,3 +187,37 @@ test("the URL contains the settings and restores them", async () => {
   assert.deepEqual(await odd.complaints(), []);
   await odd.close();
 });
+
+test("says what it prepares and why it cannot copy, and saves once", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  let downloads = 0;
+  page.on("download", () => downloads++);
+  const said = await page.evaluate(() => {
+    const save = document.querySelector("#download-mosaic");
+    if (!(save instanceof HTMLElement)) throw new Error("no button");
+    save.click();
+    save.click();
+    return document.querySelector("#export-status")?.textContent;
+  });
+  assert.equal(said, "Preparing…");
+  await page.locator("#export-status", { hasText: /^Saved/ }).waitFor();
+  // As without HTTPS.
+  await page.evaluate(() => Reflect.deleteProperty(window, "ClipboardItem"));
+  await page.locator("#copy-mosaic").click();
+  await page.locator("#export-status", { hasText: "Save it instead" }).waitFor();
+  await saved(page, "#download-report");
+  assert.equal(downloads, 2, "the picture and the report");
+  await close();
+});
+
+test("a saved result that comes back is left without asking", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  await savedPicture(page);
+  await page.locator("#clear-inputs").click();
+  await page.getByRole("button", { name: "Undo" }).click();
+  await finished(page);
+  const closed = page.waitForEvent("close");
+  await page.close({ runBeforeUnload: true });
+  await closed;
+  await close();
+});

@@ -24,12 +24,14 @@ export function bindUndo(store: Store): void {
 }
 
 /** What to change to come back to the photos and the result of an earlier state, with the settings chosen since. */
-export function cameBack(before: State, { settings: now }: State): Partial<State> {
+export function cameBack(before: State, { settings: now, saved: latest }: State): Partial<State> {
   const { slots, set, problems, networkDepths, outcome, status } = before;
+  // The result may have been saved since.
+  const saved = latest === outcome ? latest : before.saved;
   const { depthSource, depth, ...others } = before.settings;
   const chosen = Object.entries(others).some(
     ([name, value]) => now[name as keyof typeof others] !== value,
   );
   const settings = chosen ? { ...now, depthSource, depth } : before.settings;
-  return { slots, set, problems, settings, networkDepths, outcome, status, message: null };
+  return { slots, set, problems, settings, networkDepths, outcome, saved, status, message: null };
 }

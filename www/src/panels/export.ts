@@ -24,10 +24,13 @@ export function bindExport(store: Store, version: string): void {
   const format = byId("save-format", HTMLSelectElement);
   const crop = byId("save-crop", HTMLSelectElement);
   const status = byId("export-status", HTMLElement);
+  const enable = (enabled: boolean) => {
+    for (const id of buttons) setEnabled(byId(id, HTMLButtonElement), enabled);
+  };
   store.subscribe(({ outcome }, before) => {
     if (outcome === before.outcome) return;
     status.textContent = "";
-    for (const id of buttons) setEnabled(byId(id, HTMLButtonElement), outcome !== null);
+    enable(outcome !== null);
   });
 
   const chosenFormat = (): Format => (format.value === "png" ? "png" : "jpeg");
@@ -48,35 +51,43 @@ export function bindExport(store: Store, version: string): void {
     const type = chosenFormat();
     const blob = await encoded(outcome, image, part, type, source);
     saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
-    status.textContent = `Saved ${name}, ${part.width} × ${part.height} pixels.`;
+    return `Saved ${name}, ${part.width} × ${part.height} pixels.`;
   };
+  /** `save` gives what is said afterwards. */
   const onSave = (
     id: (typeof buttons)[number],
-    save: (outcome: Outcome | ManyOutcome) => unknown,
+    save: (outcome: Outcome | ManyOutcome) => string | Promise<string>,
   ) => {
     onClick(byId(id, HTMLButtonElement), () => {
       const { outcome } = store.state;
       if (!outcome) return;
-      const saved = async (): Promise<unknown> => save(outcome);
-      saved().catch((error: unknown) => {
-        const reason = messageOf(error);
-        status.textContent = `That did not work: ${reason}`;
-      });
+      status.textContent = "Preparing…";
+      enable(false);
+      const saved = async () => save(outcome);
+      void saved()
+        .catch((error: unknown) => `That did not work: ${messageOf(error)}`)
+        .then((words) => {
+          status.textContent = words;
+          enable(store.state.outcome !== null);
+        });
     });
   };
   onSave("download-mosaic", async (outcome) => {
     const part = savedPart(outcome, crop.value);
     const name = `${baseName(outcome)}-stitched`;
-    await saveImage(outcome, outcome.mosaic, part, name, referenceFile(outcome));
+    const words = await saveImage(outcome, outcome.mosaic, part, name, referenceFile(outcome));
     store.set({ saved: outcome });
+    return words;
   });
   onSave("copy-mosaic", async (outcome) => {
+    // Without HTTPS there is no clipboard.
+    if (!("ClipboardItem" in window)) return "This browser cannot copy it here. Save it instead.";
     const part = savedPart(outcome, crop.value);
-    // The clipboard takes PNG only. The promise is passed on, as Safari forgets the click while it waits.
+    // It takes PNG only. The promise is passed on, as Safari forgets the click while it waits.
     const png = encoded(outcome, outcome.mosaic, part, "png");
     await navigator.clipboard.write([new ClipboardItem({ "image/png": png })]);
-    status.textContent = `Copied, ${part.width} × ${part.height} pixels.`;
     store.set({ saved: outcome });
+    return `Copied, ${part.width} × ${part.height} pixels.`;
   });
   onSave("share-mosaic", async (outcome) => {
     const type = chosenFormat();
@@ -90,10 +101,11 @@ export function bindExport(store: Store, version: string): void {
       // Whoever closes the list of targets does not want to hear about it.
       if (!(error instanceof DOMException && error.name === "AbortError")) throw error;
     }
+    return "";
   });
   byId("share-mosaic", HTMLButtonElement).hidden = !canShare();
   onSave("download-warped", (outcome) => {
-    if (outcome.kind !== "pair") return;
+    if (outcome.kind !== "pair") return "";
     const { warped } = outcome.result;
     const source = outcome.slots.target?.file ?? null;
     return saveImage(outcome, warped, whole(warped), `${baseName(outcome)}-aligned`, source);
@@ -103,11 +115,10 @@ export function bindExport(store: Store, version: string): void {
       outcome.kind === "many" ? manyReportJson(outcome, version) : reportJson(outcome, version);
     const name = `${baseName(outcome)}-report.json`;
     saveBlob(new Blob([json], { type: "application/json" }), name);
-    status.textContent = `Saved ${name}.`;
+    return `Saved ${name}.`;
   });
   onClick(byId("copy-link", HTMLButtonElement), () => {
     const link = new URL(`#${linkOf(store.state.settings)}`, location.href);
-    // Without HTTPS there is no clipboard.
     const copied = async (): Promise<void> => navigator.clipboard.writeText(link.href);
     copied().then(
       () => void (status.textContent = "Link copied. It contains the settings, not the photos."),
