@@ -1,14 +1,12 @@
 /** What the page says about files that it cannot use. */
 import { InputFileError } from "../input-file-error.js";
 import { slotNames, type Message, type State } from "../state.js";
+import { errorMessage } from "../text/errors.js";
 import type { Files } from "./decode-slots.js";
 
 /** Why chosen files could not be loaded. */
 export function unusable(error: unknown, title: string): Message {
-  const advice =
-    error instanceof InputFileError
-      ? error.message
-      : "Check the connection, or choose photos of your own.";
+  const advice = error instanceof InputFileError ? error.message : errorMessage(error).advice;
   return { tone: "error", title, advice };
 }
 

@@ -7,7 +7,7 @@ import { messageOf } from "../message-of.js";
 const cancelled: Message = {
   tone: "note",
   title: "Cancelled.",
-  advice: "Press “Stitch again” to restart.",
+  advice: "Start it again whenever you like.",
 };
 
 /** Title and advice for an error of the core, from its numbers. */
@@ -103,7 +103,7 @@ export function errorMessage(error: unknown): Message {
     );
   }
   if (error instanceof DOMException && error.name === "AbortError") return cancelled;
-  if (error instanceof TypeError && /import|module script|fetch/i.test(error.message)) {
+  if (error instanceof TypeError && /import|module script|fetch|load failed/i.test(error.message)) {
     return problem(
       "Part of this page could not be loaded.",
       "Check the connection and reload the page.",

@@ -107,7 +107,7 @@ function fitParagraph({ result: { report }, job }: Outcome): string {
   const [forward, reverse] = report.residual;
   return (
     `${dropped}${report.inliers} of ${count(report.usable, "usable match is an inlier", "usable matches are inliers")} within ${pixels(report.threshold)}, ` +
-    `found in ${count(report.trials, "trial", "trials")}. ${tracked}The median error is ${pixels(forward)} from target to reference and ${pixels(reverse)} in the other direction.`
+    `found in ${count(report.trials, "trial", "trials")}. ${tracked}The median error is ${pixels(forward)} from the first photo to the second and ${pixels(reverse)} in the other direction.`
   );
 }
 
