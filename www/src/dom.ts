@@ -45,6 +45,13 @@ export function onClick(button: HTMLButtonElement, action: () => void): void {
   });
 }
 
+/** Has a canvas show a picture, at its size. */
+export function showOn(canvas: HTMLCanvasElement, picture: ImageBitmap): void {
+  canvas.width = picture.width;
+  canvas.height = picture.height;
+  context2d(canvas).drawImage(picture, 0, 0);
+}
+
 export function context2d(
   canvas: HTMLCanvasElement,
   settings?: CanvasRenderingContext2DSettings,

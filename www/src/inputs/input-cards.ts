@@ -3,7 +3,7 @@ import { byId, find, make } from "../dom.js";
 import { slotNames, type PhotoSlot, type SlotName, type State, type Store } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import { messageOf } from "../message-of.js";
-import { count, percent, size, smallAfterLimit } from "../text/numbers.js";
+import { count, percent, size, sizes, smallAfterLimit } from "../text/numbers.js";
 import type { InputLoader } from "./load-inputs.js";
 import { drawThumbnail } from "./thumbnails.js";
 
@@ -201,11 +201,9 @@ function sizeText(slot: SlotName, { slots }: State): string {
   }
 }
 
-function photoText({ width, height, original, focalLength35 }: Photo): string {
-  const text =
-    width === original.width
-      ? size(original)
-      : `${size(original)}, downscaled to ${size({ width, height })}`;
+function photoText(photo: Photo): string {
+  const { focalLength35 } = photo;
+  const text = sizes(photo);
   return focalLength35 === null ? text : `${text}, ${Math.round(focalLength35)}\u00a0mm`;
 }
 

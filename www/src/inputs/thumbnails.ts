@@ -1,5 +1,5 @@
 import type { Size } from "../image-worker/contents.js";
-import { context2d } from "../dom.js";
+import { context2d, showOn } from "../dom.js";
 import type { Slots, State } from "../state.js";
 import { imageTask } from "../image-worker/client.js";
 import { colours } from "../image-worker/depth-colours.js";
@@ -16,13 +16,13 @@ export async function drawThumbnail(
   switch (slot) {
     case "target":
     case "reference":
-      if (slots[slot]) put(canvas, slots[slot].content.preview);
+      if (slots[slot]) showOn(canvas, slots[slot].content.preview);
       break;
     case "targetDepth":
     case "referenceDepth":
       if (slots[slot]) {
         const bitmap = await imageTask("depthBitmap", slots[slot].content, settings.depth, width);
-        put(canvas, bitmap);
+        showOn(canvas, bitmap);
         bitmap.close();
       }
       break;
@@ -32,12 +32,6 @@ export async function drawThumbnail(
       }
       break;
   }
-}
-
-function put(canvas: HTMLCanvasElement, bitmap: ImageBitmap): void {
-  canvas.width = bitmap.width;
-  canvas.height = bitmap.height;
-  context2d(canvas).drawImage(bitmap, 0, 0);
 }
 
 /** Draws each match as a line from its position in the target to that in the reference; longer ones are brighter. */

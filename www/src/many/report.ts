@@ -1,4 +1,5 @@
 import { byId, make } from "../dom.js";
+import { tableRow } from "../panels/table-row.js";
 import type { ManyOutcome } from "../state.js";
 import { pixels } from "../text/numbers.js";
 import { manyFigures, sortedPairs, whyLeftOut } from "./report-text.js";
@@ -58,14 +59,7 @@ function photoName({ photos }: ManyOutcome, index: number): string {
 
 function table(caption: string, columns: readonly string[], rows: readonly Row[]): HTMLElement {
   const head = columns.map((name) => make("th", { scope: "col" }, name));
-  const body = rows.map(([name, ...cells]) =>
-    make(
-      "tr",
-      {},
-      make("th", { scope: "row" }, name),
-      ...cells.map((cell) => make("td", {}, cell)),
-    ),
-  );
+  const body = rows.map(([name, ...cells]) => tableRow(name, cells));
   return make(
     "table",
     { class: "numbers" },

@@ -1,6 +1,6 @@
-import { byId, context2d, make } from "../dom.js";
+import { byId, make, showOn } from "../dom.js";
 import type { State, Store } from "../state.js";
-import { size, smallAfterLimit } from "../text/numbers.js";
+import { size, sizes, smallAfterLimit } from "../text/numbers.js";
 import { whyUnused, type SetPhoto } from "./photo-set.js";
 import { whyLeftOut } from "./report-text.js";
 import type { SetLoader } from "./set-loader.js";
@@ -126,12 +126,7 @@ function fillTile(
       : content
         ? size(content.original)
         : "";
-  if (content) {
-    tile.line.title =
-      content.width < content.original.width
-        ? `${size(content.original)}, downscaled to ${size(content)}`
-        : size(content.original);
-  }
+  if (content) tile.line.title = sizes(content);
   if (tile.note.textContent !== words) tile.note.textContent = words;
   tile.remove.setAttribute("aria-label", `Remove photo ${number}, ${file.name}`);
   tile.remove.title = `Remove ${file.name}`;
@@ -139,8 +134,6 @@ function fillTile(
   tile.turn.setAttribute("aria-label", `Turn photo ${number}, ${file.name}, by 90°`);
   if (content && tile.drawn !== content.preview) {
     tile.drawn = content.preview;
-    tile.canvas.width = content.preview.width;
-    tile.canvas.height = content.preview.height;
-    context2d(tile.canvas).drawImage(content.preview, 0, 0);
+    showOn(tile.canvas, content.preview);
   }
 }

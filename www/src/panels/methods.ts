@@ -1,12 +1,11 @@
-import { byId, context2d, find, make, onClick, setEnabled } from "../dom.js";
+import { byId, find, make, onClick, setEnabled, showOn } from "../dom.js";
 import { isDegenerate, jobFor, methods, type Method } from "../run/methods.js";
 import type { PairResult } from "../run/kept.js";
 import { resultOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { Outcome, Store } from "../state.js";
 import { smallBitmap } from "../view/bitmaps.js";
-import { comparison } from "../view/compare-views.js";
-import { decibels, percent, similarity } from "../text/numbers.js";
+import { comparison, qualityText } from "../view/compare-views.js";
 import { messageOf } from "../message-of.js";
 
 /** Twice the width of the widest card, for high-density screens. */
@@ -84,12 +83,7 @@ function fail(card: HTMLElement, error: unknown): void {
 
 async function fillCard(card: HTMLElement, result: PairResult, outcome: Outcome): Promise<void> {
   const bitmap = await smallBitmap(result.warped, outcome, width);
-  const canvas = find(card, "canvas", HTMLCanvasElement);
-  canvas.width = bitmap.width;
-  canvas.height = bitmap.height;
-  context2d(canvas).drawImage(bitmap, 0, 0);
+  showOn(find(card, "canvas", HTMLCanvasElement), bitmap);
   bitmap.close();
-  const { psnrMask, ssimMask, coverage } = result.quality;
-  agreementOf(card).textContent =
-    `${decibels(psnrMask)} · SSIM ${similarity(ssimMask)} · covers ${percent(coverage)}`;
+  agreementOf(card).textContent = qualityText(result);
 }

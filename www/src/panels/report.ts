@@ -6,6 +6,7 @@ import { isShown } from "../run/run.js";
 import type { ManyOutcome, Outcome, State, Store } from "../state.js";
 import { count, milliseconds, seconds } from "../text/numbers.js";
 import { keyFigures, qualityRows, reportParagraphs, stages, stageText } from "../text/report.js";
+import { tableRow } from "./table-row.js";
 
 /** Binds key figures, warnings and report to the outcome. */
 export function bindReport(store: Store): void {
@@ -60,7 +61,7 @@ function showPairReport({ result }: Outcome): void {
     find(figures, `[data-under="${name}"]`, HTMLElement).textContent = under;
   }
   byId("quality-rows", HTMLElement).replaceChildren(
-    ...qualityRows(result).map(([name = "", ...cells]) => row(name, cells)),
+    ...qualityRows(result).map(([name = "", ...cells]) => tableRow(name, cells)),
   );
 }
 
@@ -83,18 +84,9 @@ function showTimes(times: StitchResult["times"]): void {
   const rows = run.map(({ stage, time }) => {
     const bar = make("div", { class: "bar" });
     bar.style.setProperty("--share", String(total > 0 ? time / total : 0));
-    return row(stageText[stage].name, [bar, milliseconds(time)]);
+    return tableRow(stageText[stage].name, [bar, milliseconds(time)]);
   });
-  const sum = row("All stages", ["", milliseconds(total)]);
+  const sum = tableRow("All stages", ["", milliseconds(total)]);
   sum.className = "total";
   byId("time-rows", HTMLElement).replaceChildren(...rows, sum);
-}
-
-function row(name: string, cells: readonly (string | Node)[]): HTMLTableRowElement {
-  return make(
-    "tr",
-    {},
-    make("th", { scope: "row" }, name),
-    ...cells.map((cell) => make("td", {}, cell)),
-  );
 }

@@ -1,4 +1,5 @@
 /** Formatted numbers. Numbers and units are joined by no-break spaces. */
+import type { Size } from "../image-worker/contents.js";
 
 const space = "\u00a0";
 
@@ -41,26 +42,26 @@ export function count(value: number, one: string, many: string): string {
   return `${value} ${value === 1 ? one : many}`;
 }
 
+/** What a photo is downscaled to, and the size of its file. */
+type Scaled = Size & { readonly original: Size };
+
+export function size({ width, height }: Size): string {
+  return `${width}${space}×${space}${height}`;
+}
+
+export function sizes(photo: Scaled): string {
+  const { original } = photo;
+  return photo.width === original.width
+    ? size(original)
+    : `${size(original)}, downscaled to ${size(photo)}`;
+}
+
 /** What is worth a word about a photo that was downscaled: a long one has few pixels left across. */
-export function smallAfterLimit(photo: {
-  readonly width: number;
-  readonly height: number;
-  readonly original: { readonly width: number; readonly height: number };
-}): string {
+export function smallAfterLimit(photo: Scaled): string {
   const { width, height, original } = photo;
   const across = Math.min(width, height);
   const before = Math.min(original.width, original.height);
   return across < 0.5 * before && across < 600
     ? `Used at ${size(photo)} only, as its longer side is reduced. Choose a larger photo size under Options.`
     : "";
-}
-
-export function size({
-  width,
-  height,
-}: {
-  readonly width: number;
-  readonly height: number;
-}): string {
-  return `${width}${space}×${space}${height}`;
 }

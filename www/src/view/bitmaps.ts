@@ -10,7 +10,7 @@ import type { ViewContext } from "./view-types.js";
 const cache = new WeakMap<object, Map<string, Promise<unknown>>>();
 
 /** What is made from `source`, cached by `kind`. */
-function cached<T>(source: object, kind: string, make: () => Promise<T>): Promise<T> {
+export function cached<T>(source: object, kind: string, make: () => Promise<T>): Promise<T> {
   const kinds = cache.get(source) ?? new Map<string, Promise<unknown>>();
   cache.set(source, kinds);
   const made = (kinds.get(kind) as Promise<T> | undefined) ?? make();

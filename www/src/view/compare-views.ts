@@ -34,7 +34,7 @@ export const compareView: View = {
       const result = await view.resultBy(method, outcome);
       const picture = await pictureOf(result.mosaic, outcome, view);
       comparison.method = method.id;
-      const label = `${method.label} · ${agreement(result)}`;
+      const label = `${method.label} · ${qualityText(result)}`;
       return { picture, extent: canvasExtent({ result }), label };
     };
     // Without one, as it was cancelled or has failed, another one can be chosen.
@@ -65,7 +65,7 @@ export const compareView: View = {
           clipped(context, [at, 0, width - at, height], () => after.draw(context, afterExtent));
           drawDivider(context, at);
           drawLabel(context, before?.label ?? "", at, "right");
-          drawLabel(context, `depthstitch · ${agreement(outcome.result)}`, at, "left");
+          drawLabel(context, `depthstitch · ${qualityText(outcome.result)}`, at, "left");
         },
       },
       caption: "Left: the other method; right: depthstitch. Drag the divider, or use the slider.",
@@ -97,8 +97,9 @@ function showShare(slider: HTMLInputElement): void {
   slider.setAttribute("aria-valuetext", percent(comparison.share));
 }
 
-function agreement({ quality }: PairResult): string {
-  return `${decibels(quality.psnrMask)}, SSIM ${similarity(quality.ssimMask)} over ${percent(quality.coverage)}`;
+/** How well the photos agree in the overlap, and on how much of it that is known. */
+export function qualityText({ quality: { psnrMask, ssimMask, coverage } }: PairResult): string {
+  return `${decibels(psnrMask)} · SSIM ${similarity(ssimMask)} · covers ${percent(coverage)}`;
 }
 
 function union(a: Extent, b: Extent): Extent {

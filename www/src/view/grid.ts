@@ -1,7 +1,7 @@
 import type { Model } from "depthstitch";
 import { imageTask } from "../image-worker/client.js";
-import type { PairResult } from "../run/kept.js";
 import type { Outcome } from "../state.js";
+import { cached } from "./bitmaps.js";
 
 /** Cells along the longer side of the photo, on a wide screen and on a narrow one. */
 const cells = { wide: 40, narrow: 24 };
@@ -13,13 +13,9 @@ export interface Grid {
   readonly at: Float64Array;
 }
 
-const grids = new WeakMap<PairResult, Promise<Grid>>();
-
 /** A regular grid over the target, warped by the forward model. */
 export function gridOf(outcome: Outcome): Promise<Grid> {
-  const grid = grids.get(outcome.result) ?? makeGrid(outcome);
-  grids.set(outcome.result, grid);
-  return grid;
+  return cached(outcome.result, "grid", () => makeGrid(outcome));
 }
 
 export function drawGrid(context: CanvasRenderingContext2D, mesh: Grid, pixel: number): void {
