@@ -216,8 +216,14 @@ test("a saved result that comes back is left without asking", async () => {
   await page.locator("#clear-inputs").click();
   await page.getByRole("button", { name: "Undo" }).click();
   await finished(page);
+  let asked = false;
+  page.on("dialog", (dialog) => {
+    asked = true;
+    void dialog.accept();
+  });
   const closed = page.waitForEvent("close");
   await page.close({ runBeforeUnload: true });
   await closed;
+  assert.ok(!asked);
   await close();
 });
