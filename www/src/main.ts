@@ -62,9 +62,9 @@ function bindPhase(store: Store): void {
     const complete = set !== null || (slots.target !== null && slots.reference !== null);
     const phase = outcome !== null || complete ? "work" : "start";
     dataset["phase"] = phase;
-    // What was pressed goes with the start.
+    // What was pressed goes with the start. The focus follows in the frame that lays out the page anyway.
     if (phase === "work" && document.activeElement?.closest(".only-start")) {
-      byId("results", HTMLElement).focus({ preventScroll: true });
+      requestAnimationFrame(() => byId("results", HTMLElement).focus({ preventScroll: true }));
     }
     dataset["photos"] = set ? "many" : "pair";
     dataset["result"] = outcome?.kind ?? (set ? "many" : "pair");
