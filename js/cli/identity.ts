@@ -19,15 +19,22 @@ export function identity(path: string): string {
   return `${inode(dirname(place)) ?? dirname(place)}/${basename(place)}`;
 }
 
-/** What the system knows a file or folder by; undefined if there is none. */
+/** What the system knows a file or folder by. */
 function inode(path: string): string | undefined {
-  const found = statSync(systemPath(path), { bigint: true, throwIfNoEntry: false });
-  return found && `${found.dev}:${found.ino}`;
+  return asked(() => {
+    const { dev, ino } = statSync(systemPath(path), { bigint: true });
+    return `${dev}:${ino}`;
+  });
 }
 
 function linkTarget(path: string): string | undefined {
+  return asked(() => nameOf(readlinkSync(systemPath(path), "buffer")));
+}
+
+/** What the system answers; undefined if it refuses. Why, is said when the file is read or written. */
+function asked<T>(ask: () => T): T | undefined {
   try {
-    return nameOf(readlinkSync(systemPath(path), "buffer"));
+    return ask();
   } catch {
     return undefined;
   }

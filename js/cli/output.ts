@@ -75,7 +75,9 @@ async function withTemporaries(
 }
 
 async function openTemporary(path: string): Promise<string | undefined> {
-  const existing = await stat(systemPath(path)).catch(() => undefined);
+  const existing = await stat(systemPath(path)).catch((error: unknown) => {
+    if (systemCode(error) !== "ENOENT") throw error;
+  });
   if (existing?.isDirectory()) throw new FileError("not-writable", path, "is a folder");
   if (existing) await access(systemPath(path), constants.W_OK);
   if (existing && !existing.isFile()) return undefined;

@@ -218,6 +218,9 @@ test("a file that is missing or damaged exits with 1 and is named", async () => 
   await writeFile(unheaded, "1,2,3,4\n");
   const [target, reference, ...matches] = pair();
   assert.ok(target && reference);
+  const loop = join(folder, "loop.png");
+  await symlink(loop, loop);
+  const long = `${"n".repeat(300)}.png`;
   const cases = [
     { args: ["missing.png", reference, ...matches], line: /not-found: missing\.png: no such file/ },
     { args: [broken, reference, ...matches], line: /decode-failed: .*broken\.png: / },
@@ -228,6 +231,10 @@ test("a file that is missing or damaged exits with 1 and is named", async () => 
       line: /not-writable: nowhere\/m\.png: no such folder/,
     },
     { args: [...pair(), "--report", folder], line: /not-writable: .*is a folder/ },
+    ...[loop, long].flatMap((path) => [
+      { args: [path, reference], line: /not-readable: .*cannot be read \(E\w+\)/ },
+      { args: [...pair(), "-o", path], line: /not-writable: .*cannot be written \(E\w+\)/ },
+    ]),
   ];
   for (const { args, line } of cases) assertFails(await run(args), 1, line);
 });
