@@ -51,10 +51,11 @@ export async function openSession(
   options: SessionOptions,
 ): Promise<Session> {
   const { device, onProgress, signal } = options;
+  // First, as without it the download would be in vain.
+  const runtime = await orAborted(load(device), signal);
   const bytes =
     weights instanceof Uint8Array ? weights : await fetchBytes(weights, options.cache, options);
   onProgress?.({ stage: "prepare", fraction: 0 });
-  const runtime = await orAborted(load(device), signal);
   configure(runtime.env.wasm, options);
   const creating = exclusively(() =>
     runtime.InferenceSession.create(bytes, {
