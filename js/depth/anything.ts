@@ -42,9 +42,19 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
   const { wasm } = library.env.backends.onnx;
   if (wasm) configure(wasm, runtime);
   const common = { revision, ...(given.cacheDir && { cache_dir: given.cacheDir }) };
-  const report = fileReporter(onProgress);
+  // The library calls it in the middle of its work, and fails if it throws.
+  let thrown: { error: unknown } | undefined;
+  const report = fileReporter((progress) => {
+    try {
+      onProgress?.(progress);
+    } catch (error) {
+      thrown = { error };
+      throw error;
+    }
+  });
   const load = async ({ device, dtype }: Choice) => {
     throwIfAborted(signal);
+    if (thrown) throw thrown.error;
     const processor = await library.AutoImageProcessor.from_pretrained(id, common);
     const chosen = { ...common, device, dtype, progress_callback: report };
     const network = await library.AutoModelForDepthEstimation.from_pretrained(id, chosen);
@@ -61,7 +71,10 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
     loading,
     { onProgress, signal },
     ({ network }) => network.dispose(),
-    (cause) => modelError(`the depth model ${id} could not be loaded`, cause),
+    (cause) => {
+      if (thrown) throw thrown.error;
+      return modelError(`the depth model ${id} could not be loaded`, cause);
+    },
   );
 
   return estimator({
@@ -178,14 +191,14 @@ function settingsOf(
 }
 
 /** Reports the progress of all weight files together; configuration files are small and come first. */
-function fileReporter(onProgress: ModelCallOptions["onProgress"]) {
+function fileReporter(onProgress: NonNullable<ModelCallOptions["onProgress"]>) {
   const files = new Map<string, { loaded: number; total: number }>();
   return ({ status, file = "", loaded = 0, total = 0 }: FileProgress): void => {
     if (status !== "progress" || !/\.onnx/.test(file)) return;
     files.set(file, { loaded, total });
     const sum = (of: "loaded" | "total") => [...files.values()].reduce((n, f) => n + f[of], 0);
     const all = { loaded: sum("loaded"), total: sum("total") };
-    onProgress?.({ stage: "download", fraction: all.total && all.loaded / all.total, ...all });
-    if (all.loaded === all.total) onProgress?.({ stage: "prepare", fraction: 0 });
+    onProgress({ stage: "download", fraction: all.total && all.loaded / all.total, ...all });
+    if (all.loaded === all.total) onProgress({ stage: "prepare", fraction: 0 });
   };
 }

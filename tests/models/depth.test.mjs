@@ -1,6 +1,6 @@
 // Depth networks in Node: the library's folder format, and single ONNX files.
 import assert from "node:assert/strict";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { cpSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -8,7 +8,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { stitch, StitchError } from "depthstitch";
 import { estimateDepth, loadDepthModel, loadOnnxDepth } from "depthstitch/depth";
-import { dataFolder } from "../../js/tools/shared.mjs";
+import { dataFolder, root } from "../../js/tools/shared.mjs";
 import { rejection } from "../node/sample.mjs";
 import { BIAS, depthOf, folder, writeDepthModel } from "./networks.mjs";
 import { paint, rankCorrelation, sample, withDepth } from "./pictures.mjs";
@@ -94,6 +94,16 @@ test("a model from a host, with progress, by type of weights", async () => {
   );
   assertDepth(await estimateDepth(photo, { ...remote(), dtype: "fp16" }), BIAS.model_fp16);
   assertDepth(await estimateDepth(photo, { ...remote(), dtype: "q8" }), BIAS.model_quantized);
+});
+
+test("what onProgress throws is what the call rejects with", async () => {
+  const mine = new Error("mine");
+  const onProgress = () => {
+    throw mine;
+  };
+  const anew = { ...remote(), cacheDir: join(cacheDir, "thrown") };
+  await assert.rejects(loadDepthModel({ ...anew, onProgress }), mine);
+  assertDepth(await estimateDepth(photo, anew), BIAS.model);
 });
 
 test("what has been downloaded is kept", async () => {
@@ -256,6 +266,22 @@ test("a single file that is none", async () => {
   const unsaid = await rejection(loadOnnxDepth({ weights: sizeless }));
   assert.equal(unsaid.code, "invalid-argument");
   assert.match(unsaid.message, /inputSize/);
+});
+
+test("a single file is not downloaded without the runtime", async () => {
+  // Where no packages are installed.
+  const alone = join(cacheDir, "alone");
+  cpSync(join(root, "dist"), join(alone, "dist"), { recursive: true });
+  writeFileSync(join(alone, "package.json"), JSON.stringify({ type: "module" }));
+  const entry = pathToFileURL(join(alone, "dist", "depth", "index.js")).href;
+  /** @type {typeof import("depthstitch/depth")} */
+  const { loadOnnxDepth } = await import(entry);
+  requests.length = 0;
+  await assert.rejects(loadOnnxDepth({ weights: `${host}/hub/none.onnx` }), {
+    code: "model-load-failed",
+    message: /npm install onnxruntime-web/,
+  });
+  assert.deepEqual(requests, []);
 });
 
 test("FastDepth sees what is near", async (t) => {
