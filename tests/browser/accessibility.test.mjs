@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 import { gzipSync } from "node:zlib";
 import {
+  cancelDuring,
   exampleFile,
   finished,
   openPanel,
@@ -15,7 +16,6 @@ import {
   smallFile,
   smallPhotos,
   startSite,
-  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -218,10 +218,8 @@ test("what a finger is to hit is 44 px high at least", async () => {
 test("the page works by keyboard alone", async () => {
   const { page, close } = await site.open();
   await page.locator("#start-sample").focus();
-  const running = statusSays(page, /^Fitting/);
+  await page.evaluate(cancelDuring, { word: "Fitting", key: "Escape" });
   await page.keyboard.press("Enter");
-  await running;
-  await page.keyboard.press("Escape");
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   await page.locator("#run").focus();
   await page.keyboard.press("Enter");
@@ -235,10 +233,18 @@ test("works in a worker without other hosts, policy violations or layout shifts"
   const atStart = (await seen(page)).shift;
   assert.ok(atStart < 0.02, `cumulative layout shift ${atStart} at the start`);
   // Two photos turn the page into a workbench; from then on everything stays in its place.
-  const running = statusSays(page, /…/);
+  const laidOut = page.evaluate(async () => {
+    const { body } = document;
+    await new Promise((/** @type {(value: void) => void} */ resolve) => {
+      const observer = new MutationObserver(() => {
+        if (body.dataset.phase === "work") resolve(observer.disconnect());
+      });
+      observer.observe(body, { attributes: true });
+    });
+    for (let i = 0; i < 2; i++) await new Promise(requestAnimationFrame);
+  });
   await page.setInputFiles("#many-files", smallPhotos);
-  await running;
-  await page.evaluate(() => new Promise(requestAnimationFrame));
+  await laidOut;
   const before = (await seen(page)).shift;
   await finished(page);
   await page.locator("#view-caption", { hasText: "pixels" }).waitFor();

@@ -144,14 +144,20 @@ export function statusSays(page, words) {
   );
 }
 
-/** In the page: has Cancel pressed as soon as the status begins with this word, and says so. @param {string} word */
-export function cancelDuring(word) {
+/**
+ * In the page: has Cancel pressed, or a key, as soon as the status begins with this word, and says so.
+ *
+ * @param {string | { word: string, key: string }} when
+ */
+export function cancelDuring(when) {
+  const { word, key } = typeof when === "string" ? { word: when, key: "" } : when;
   const status = document.querySelector("#status");
   const cancel = document.querySelector("#cancel");
   const observer = new MutationObserver(() => {
     if (!status?.textContent?.startsWith(word)) return;
     observer.disconnect();
-    if (cancel instanceof HTMLElement) cancel.click();
+    if (key) document.dispatchEvent(new KeyboardEvent("keydown", { key }));
+    else if (cancel instanceof HTMLElement) cancel.click();
     document.body.dataset.cancelled = word;
   });
   if (status) observer.observe(status, { childList: true, characterData: true, subtree: true });
@@ -169,6 +175,12 @@ export async function idle(page) {
   // The run may not have begun yet.
   await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 50)));
   await page.locator('#run[aria-disabled="false"]').waitFor();
+}
+
+/** Opens a view and waits until it is there. @param {Page} page @param {string} name */
+export async function openView(page, name) {
+  await page.locator(`#tab-${name}`).click();
+  await page.locator("#view-caption", { hasText: /\w.*\./ }).waitFor();
 }
 
 /** Opens a part of the settings. @param {Page} page @param {"depth" | "fill" | "options"} name */
