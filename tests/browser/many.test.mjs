@@ -10,19 +10,21 @@ import { OPTION_LIST } from "depthstitch/options";
 import {
   asOnCanvas,
   assertSame,
+  cancelDuring,
   drop,
   exampleFile,
   finished,
   idle,
   openPanel,
+  openView,
   saved,
   savedPicture,
   scratchFolder,
+  shown,
   smallCase,
   smallFile,
   smallPhotos,
   startSite,
-  statusSays,
 } from "./page.mjs";
 
 /** @typedef {import("./page.mjs").Page} Page */
@@ -101,19 +103,11 @@ test("the graph of pairs is a drawing and a table, and the report has it all", a
 
   /** @type {Set<string>} */
   const captions = new Set();
-  /** @type {Set<string>} */
   const pictures = new Set();
   for (const tab of ["mosaic", "graph", "seam", "voids"]) {
-    await page.locator(`#tab-${tab}`).click();
-    await page.locator("#view-caption", { hasText: /\w.*\./ }).waitFor();
-    await page.waitForTimeout(200);
+    await openView(page, tab);
     captions.add(await text(page, "#view-caption"));
-    pictures.add(
-      await page.evaluate(() => {
-        const canvas = document.querySelector("#picture");
-        return canvas instanceof HTMLCanvasElement ? canvas.toDataURL() : "";
-      }),
-    );
+    pictures.add((await page.evaluate(shown)).sum);
   }
   assert.equal(captions.size, 4);
   assert.equal(pictures.size, 4, "no two views look the same");
@@ -161,8 +155,7 @@ test("a photo that was left out says why beside its thumbnail", async () => {
   await page.selectOption("#set-reference", { label: "4 · rings.png" });
   await page.locator("#message.error", { hasText: /reference photo.*Choose another/ }).waitFor();
   await page.selectOption("#set-reference", { label: "Automatic" });
-  await idle(page);
-  assert.equal(await text(page, "#message"), "");
+  await page.locator("#message", { hasText: /^$/ }).waitFor({ state: "attached" });
   await close();
 });
 
@@ -371,10 +364,8 @@ test("progress names the photo; cancelling keeps the result", async () => {
     assert.ok(heard.includes(words), words);
   }
   const first = await savedPicture(page);
-  const detecting = statusSays(page, /^Detecting/);
+  await page.evaluate(cancelDuring, { word: "Detecting", key: "Escape" });
   await page.selectOption("#set-reference", { index: 1 });
-  await detecting;
-  await page.keyboard.press("Escape");
   await page.locator("#status", { hasText: "Cancelled" }).waitFor();
   assertSame(await savedPicture(page), first);
   await close();

@@ -9,6 +9,7 @@ import {
   cancelDuring,
   exampleFile,
   idle,
+  openView as open,
   savedPicture,
   scratchFolder,
   shown,
@@ -24,12 +25,6 @@ import {
 const site = await startSite();
 after(() => site.close());
 const { written } = scratchFolder();
-
-/** Opens a view and waits until it is there. @param {Page} page @param {string} name */
-async function open(page, name) {
-  await page.locator(`#tab-${name}`).click();
-  await page.locator("#view-caption", { hasText: /\w.*\./ }).waitFor();
-}
 
 test("every view draws something of its own and has a caption", async () => {
   // A depth map that is right shows what was hidden, so that there are voids to see.
@@ -87,6 +82,7 @@ test("the gain of a photo that was taken darker is shown, in colours and in numb
   const legend = await page.locator("#view-controls .scale").textContent();
   const [least = 0, most = 0] = [...(legend ?? "").matchAll(/\d\.\d\d/g)].map(Number);
   assert.ok(most > 1.35 && most < 1.8 && Math.abs(least * most - 1) < 0.02, `${legend}`);
+  await page.evaluate(shown);
   const { amber, violet } = await page.evaluate(() => {
     const canvas = document.querySelector("#picture");
     if (!(canvas instanceof HTMLCanvasElement)) throw new Error("no canvas");
@@ -241,8 +237,7 @@ test("blinks between the photos, and stands still for who prefers that", async (
   const moving = await site.open({ files: smallPhotos });
   await open(moving.page, "blink");
   const first = await moving.page.evaluate(shown);
-  await moving.page.waitForTimeout(800);
-  assert.notEqual((await moving.page.evaluate(shown)).sum, first.sum);
+  assert.notEqual(await changedFrom(first.sum, moving.page), first.sum);
   await moving.close();
 
   const still = await site.open({ files: smallPhotos, reducedMotion: "reduce" });
@@ -261,11 +256,11 @@ test("blinks between the photos, and stands still for who prefers that", async (
 test("matches can be shown by kind, with lines and over the depth", async () => {
   const { page, close } = await site.open({ files: smallCase });
   await open(page, "matches");
-  const seen = new Set([(await page.evaluate(shown)).sum]);
+  let { sum } = await page.evaluate(shown);
+  const seen = new Set([sum]);
   for (const label of ["Lines", "Outliers", "Inliers", "Depth"]) {
     await page.locator("#view-controls").getByLabel(label).click();
-    await page.waitForTimeout(300);
-    const { sum } = await page.evaluate(shown);
+    sum = await changedFrom(sum, page);
     assert.ok(!seen.has(sum), `${label} changes the picture`);
     seen.add(sum);
   }
@@ -276,7 +271,9 @@ test("compares the methods with PSNR, SSIM and coverage, and any of them with th
   const { page, complaints, close } = await site.open({ files: smallCase });
   await page.locator("#methods-panel > summary").click();
   await page.locator("#methods-run").click();
-  await idle(page);
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll(".method .agreement")].every((node) => node.textContent !== "…"),
+  );
   const words = await page.locator(".method .agreement").allTextContents();
   assert.equal(words.length, 8);
   for (const agreement of words) {
