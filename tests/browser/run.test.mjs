@@ -1,7 +1,6 @@
 // Runs: progress, cancelling in every stage, a lost worker.
 import assert from "node:assert/strict";
 import { after, test } from "node:test";
-import { encodeGrayPng } from "depthstitch/codecs";
 import {
   assertSame,
   cancelDuring,
@@ -9,8 +8,6 @@ import {
   finished,
   idle,
   savedPicture,
-  scratchFolder,
-  smallFile,
   smallPhotos,
   startSite,
   statusSays,
@@ -21,7 +18,6 @@ import {
 
 const site = await startSite();
 after(() => site.close());
-const { written } = scratchFolder();
 
 /** What the status says in each stage of two photos without anything else. */
 const stages = ["Reading", "Detecting", "Matching", "Fitting", "Computing", "Refining", "Warping"];
@@ -72,36 +68,6 @@ test("cancels while photos are loaded, which leaves those that were there", asyn
   await page.locator("#undo-text", { hasText: "Left out 1 photo" }).waitFor();
   await page.locator("#undo-actions button", { hasText: "Read on" }).click();
   await page.locator("#result-source", { hasText: "3 of 3 photos" }).waitFor();
-  assert.deepEqual(await complaints(), []);
-  await close();
-});
-
-test("a depth map that is given up is not decoded to its end before the next file", async () => {
-  const side = 9000;
-  const black = { data: new Uint8Array(side * side), width: side, height: side };
-  const slow = written("slow.png", await encodeGrayPng(black));
-  const begun = async () => {
-    const tab = await site.open({ files: smallPhotos });
-    await tab.page.setInputFiles("#targetDepth-file", slow);
-    await tab.page.locator("#status", { hasText: "Loading" }).waitFor();
-    return tab;
-  };
-  const whole = await begun();
-  let start = performance.now();
-  await whole.page.locator("#status", { hasText: "Loading" }).waitFor({ state: "detached" });
-  const takes = performance.now() - start;
-  await whole.close();
-
-  const { page, complaints, close } = await begun();
-  await page.waitForTimeout(takes / 4);
-  await page.keyboard.press("Escape");
-  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
-  start = performance.now();
-  await page.setInputFiles("#target-file", smallFile("reference.jpg"));
-  await page.locator('[data-slot="target"]', { hasText: "reference.jpg" }).waitFor();
-  const next = performance.now() - start;
-  console.log(`${next.toFixed(0)} ms; the depth map takes ${takes.toFixed(0)} ms`);
-  assert.ok(next < takes / 2, `${next} ms, the depth map takes ${takes} ms`);
   assert.deepEqual(await complaints(), []);
   await close();
 });
