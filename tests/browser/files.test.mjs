@@ -257,6 +257,7 @@ test("explains errors of the core and keeps the previous result", async () => {
   await page.locator("#message", { hasText: /agree on one geometry/ }).waitFor();
 
   await page.setInputFiles("#matches-file", smallFile("matches.csv"));
+  await settled(page);
   await page.locator("#options summary", { hasText: "Geometry" }).click();
   await page.fill("#option-threshold", "-1");
   await page.locator("#option-threshold").blur();
