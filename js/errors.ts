@@ -58,7 +58,7 @@ export function abortError(signal: AbortSignal): StitchError {
 }
 
 /** Whether the memory of the core is in an undefined state, or full, after this error. */
-export function isFatal({ code }: StitchError): boolean {
+export function isFatal({ code }: Pick<StitchError, "code">): boolean {
   return code === "internal" || code === "load-failed" || code === "out-of-memory";
 }
 

@@ -161,8 +161,8 @@ function receive(thread: Thread, reply: Exclude<Reply, { ready: true }>): void {
     return;
   }
   thread.task = undefined;
+  thread.memory = reply.memory;
   if ("result" in reply) {
-    thread.memory = reply.memory;
     task.resolve(reply);
   } else {
     const error = new StitchError(reply.error);

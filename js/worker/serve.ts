@@ -1,6 +1,6 @@
 import type { Call, CallName, Result } from "../calls.js";
 import { memoryOf, run, start, type ModuleName } from "../core.js";
-import type { ErrorRecord } from "../errors.js";
+import { isFatal, type ErrorRecord } from "../errors.js";
 import { recordOf } from "../instance.js";
 import { buffersOf } from "../transfer.js";
 import type { Progress } from "../types.js";
@@ -18,15 +18,15 @@ export interface Request {
 export type Message = Request | { task: number; result: Result };
 
 /**
- * A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, and of `task` for others; then `result`,
- * with the bytes of memory that the module has taken, or `error`.
+ * A message from the worker: `ready` once its script is loaded; for each call any number of `progress`, and of `task` for others; then `result`
+ * or `error`, with the bytes of memory that the module has taken.
  */
 export type Reply =
   | { ready: true }
   | { progress: Progress }
   | { task: number; call: Call }
   | { result: Result; memory: number }
-  | { error: ErrorRecord };
+  | { error: ErrorRecord; memory: number };
 
 /** The tasks that others perform, by their number: who waits for the result. */
 const tasks = new Map<number, (result: Result) => void>();
@@ -62,7 +62,9 @@ export async function serve(
     const result = await run(call, name, onProgress, { count: others, perform });
     send({ result, memory: memoryOf(name) });
   } catch (error) {
-    send({ error: recordOf(error) });
+    const record = recordOf(error);
+    // After a fatal one, asking would start the module afresh in a thread that is about to end.
+    send({ error: record, memory: isFatal(record) ? 0 : memoryOf(name) });
   }
 }
 

@@ -83,13 +83,19 @@ test("one worker where two would take too much memory", { skip }, async () => {
 });
 
 test("a worker is kept for the next call, unless its memory has grown large", async () => {
+  const white = (/** @type {number} */ side) => ({
+    data: new Uint8Array(4 * side * side).fill(255),
+    width: side,
+    height: side,
+  });
   const blank = (/** @type {number} */ side) =>
-    detect(
-      { data: new Uint8Array(4 * side * side).fill(255), width: side, height: side },
-      { transfer: true, maxBytes: 2 ** 32 },
-    );
+    detect(white(side), { transfer: true, maxBytes: 2 ** 32 });
+  const refused = (/** @type {number} */ side) =>
+    rejection(stitch(white(side), white(side), { matches: new Float32Array(4), transfer: true }));
   assert.equal((await started(async () => void [await blank(100), await blank(100)])).length, 1);
   assert.equal((await started(async () => void [await blank(6000), await blank(100)])).length, 2);
+  assert.equal((await started(async () => void [await refused(100), await blank(100)])).length, 1);
+  assert.equal((await started(async () => void [await refused(3000), await blank(100)])).length, 2);
 });
 
 test("an array passed as both photos", async () => {
