@@ -1,7 +1,7 @@
 // Checks the types of arguments and turns them into plain objects that can be sent between threads. Values (sizes, ranges,
 // lengths) are checked by the core, unless a function does not call it.
 import { numberOfWorkers, outputs, type Workers } from "./choices.js";
-import { describe, tag } from "./describe.js";
+import { tag, unexpected } from "./describe.js";
 import { invalid, StitchError } from "./errors.js";
 import type {
   BlendOptions,
@@ -65,7 +65,7 @@ function view<K extends Kind>(
 function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeof views)[Kind]> {
   const kind = kinds.find((kind) => kind === tag(value));
   if (!kind || !ArrayBuffer.isView(value)) {
-    throw invalid(`${name} must be a ${kinds.join(" or ")}, got ${describe(value)}`);
+    throw unexpected(`${name} must be a ${kinds.join(" or ")}`, value);
   }
   try {
     return views[kind](value);
@@ -76,24 +76,23 @@ function view(name: string, value: unknown, ...kinds: Kind[]): ReturnType<(typeo
 
 export function object(name: string, value: unknown): Record<string, unknown> {
   if (typeof value !== "object" || value === null) {
-    throw invalid(`${name} must be an object, got ${describe(value)}`);
+    throw unexpected(`${name} must be an object`, value);
   }
   return value as Record<string, unknown>;
 }
 
 export function number(name: string, value: unknown): number {
-  if (typeof value !== "number") throw invalid(`${name} must be a number, got ${describe(value)}`);
+  if (typeof value !== "number") throw unexpected(`${name} must be a number`, value);
   return value;
 }
 
 export function text(name: string, value: unknown): string {
-  if (typeof value !== "string") throw invalid(`${name} must be a string, got ${describe(value)}`);
+  if (typeof value !== "string") throw unexpected(`${name} must be a string`, value);
   return value;
 }
 
 function boolean(name: string, value: unknown): boolean {
-  if (typeof value !== "boolean")
-    throw invalid(`${name} must be true or false, got ${describe(value)}`);
+  if (typeof value !== "boolean") throw unexpected(`${name} must be true or false`, value);
   return value;
 }
 
@@ -109,7 +108,7 @@ export function image(name: string, value: unknown): ImageInput {
 
 /** The photos of `stitchMany`. */
 export function photos(value: unknown): PhotoInput[] {
-  if (!Array.isArray(value)) throw invalid(`photos must be an array, got ${describe(value)}`);
+  if (!Array.isArray(value)) throw unexpected("photos must be an array", value);
   return value.map((photo: unknown, i) => {
     const name = `photos[${i}]`;
     const { focalLength, camera, depth: map } = object(name, photo);
@@ -192,8 +191,7 @@ export function count(name: string, value: unknown): number {
 
 function integer(name: string, value: unknown, least: number): number {
   if (typeof value === "number" && Number.isInteger(value) && value >= least) return value;
-  const [got, details] = typeof value === "number" ? [value, { value }] : [describe(value), {}];
-  throw invalid(`${name} must be an integer of at least ${least}, got ${got}`, details);
+  throw unexpected(`${name} must be an integer of at least ${least}`, value);
 }
 
 /** A rectangle that lies within an image. */
@@ -209,7 +207,7 @@ export function rectWithin(value: unknown, { width, height }: Size): Rect {
     ["rect.x + rect.width", rect.x + rect.width, width],
     ["rect.y + rect.height", rect.y + rect.height, height],
   ] as const) {
-    if (end > limit) throw invalid(`${name} must be at most ${limit}, got ${end}`, { value: end });
+    if (end > limit) throw unexpected(`${name} must be at most ${limit}`, end);
   }
   return rect;
 }
@@ -217,7 +215,7 @@ export function rectWithin(value: unknown, { width, height }: Size): Rect {
 function depth(name: string, value: unknown): DepthInput {
   const { data, kind, invalid: hole } = object(name, value);
   if (kind !== "inverse" && kind !== "metric") {
-    throw invalid(`${name}.kind must be "inverse" or "metric", got ${describe(kind)}`);
+    throw unexpected(`${name}.kind must be "inverse" or "metric"`, kind);
   }
   return {
     data: view(`${name}.data`, data, "Float32Array", "Uint16Array", "Uint8Array"),
@@ -294,7 +292,7 @@ export function gains(options: MeasureOptions): readonly number[] | undefined {
 
 /** Finite numbers above a limit for red, green and blue. */
 export function triple(name: string, value: unknown, limit = -Infinity): number[] {
-  if (!Array.isArray(value)) throw invalid(`${name} must be three numbers, got ${describe(value)}`);
+  if (!Array.isArray(value)) throw unexpected(`${name} must be three numbers`, value);
   if (value.length !== 3) {
     const details = { expected: 3, actual: value.length };
     throw invalid(`${name} must be three numbers, got ${value.length}`, details);
@@ -303,7 +301,7 @@ export function triple(name: string, value: unknown, limit = -Infinity): number[
     const found = number(`${name}[${i}]`, part);
     if (found > limit && found < Infinity) return found;
     const range = limit === -Infinity ? "finite" : `finite and above ${limit}`;
-    throw invalid(`${name}[${i}] must be ${range}, got ${found}`, { value: found });
+    throw unexpected(`${name}[${i}] must be ${range}`, found);
   });
 }
 
@@ -339,7 +337,7 @@ export function settings(options: object, ...inputs: Input[]): Partial<Options> 
     // The core knows the names of all others.
     if (INPUTS.has(name)) throw noOption(name);
     if (!["number", "string", "boolean"].includes(typeof value)) {
-      throw invalid(`${name} must be a number, a string or a boolean, got ${describe(value)}`);
+      throw unexpected(`${name} must be a number, a string or a boolean`, value);
     }
   }
   return Object.fromEntries(set);
@@ -375,10 +373,10 @@ export function callOptions(
   const given = object("options", options);
   const { onProgress, signal, worker = true, workers = "auto", transfer = false } = given;
   if (onProgress !== undefined && typeof onProgress !== "function") {
-    throw invalid(`onProgress must be a function, got ${describe(onProgress)}`);
+    throw unexpected("onProgress must be a function", onProgress);
   }
   if (signal !== undefined && tag(signal) !== "AbortSignal") {
-    throw invalid(`signal must be an AbortSignal, got ${describe(signal)}`);
+    throw unexpected("signal must be an AbortSignal", signal);
   }
   return {
     onProgress: onProgress as CallOptions["onProgress"],

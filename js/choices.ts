@@ -1,6 +1,5 @@
 // Options that choose among a few values.
-import { describe } from "./describe.js";
-import { invalid } from "./errors.js";
+import { unexpected } from "./describe.js";
 import type { Output } from "./types.js";
 
 /** The values of the option `workers`. */
@@ -20,12 +19,12 @@ const OUTPUTS = Object.keys({
 
 /** The pictures and masks that a result should contain. */
 export function outputs(value: unknown): readonly Output[] {
-  if (!Array.isArray(value)) throw invalid(`outputs must be an array, got ${describe(value)}`);
+  if (!Array.isArray(value)) throw unexpected("outputs must be an array", value);
   return value.map((name: unknown, i) => {
     const known = OUTPUTS.find((output) => output === name);
     if (known !== undefined) return known;
     const names = OUTPUTS.map((output) => JSON.stringify(output)).join(", ");
-    throw invalid(`outputs[${i}] must be one of ${names}, got ${describe(name)}`);
+    throw unexpected(`outputs[${i}] must be one of ${names}`, name);
   });
 }
 
@@ -33,9 +32,5 @@ export function outputs(value: unknown): readonly Output[] {
 export function numberOfWorkers(value: unknown): Workers {
   const found = WORKERS.find((workers) => workers === value);
   if (found !== undefined) return found;
-  const got = typeof value === "number" ? value : describe(value);
-  throw invalid(
-    `workers must be 1, 2, 4 or "auto", got ${got}`,
-    typeof value === "number" ? { value } : {},
-  );
+  throw unexpected('workers must be 1, 2, 4 or "auto"', value);
 }

@@ -1,4 +1,4 @@
-import { describe } from "../describe.js";
+import { unexpected } from "../describe.js";
 import { invalid } from "../errors.js";
 import type { ImageInput } from "../types.js";
 import { orAborted, throwIfAborted } from "../models/abort.js";
@@ -127,7 +127,7 @@ function optionalTexts<T extends object>(values: T): T {
 function modelOf({ model = "small", host, local }: DepthModelOptions): DepthModel {
   if (model === "small") return MODELS.small;
   if (typeof model !== "object" || typeof model?.id !== "string")
-    throw invalid(`model must be "small" or { id, revision }, got ${describe(model)}`);
+    throw unexpected('model must be "small" or { id, revision }', model);
   if (model.revision === undefined && host === undefined && local === undefined)
     throw invalid("model.revision must be given for downloads from the Hugging Face Hub");
   return { ...model, revision: model.revision ?? "main" };

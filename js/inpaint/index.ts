@@ -5,7 +5,7 @@
  * Requires the package `onnxruntime-web`. Networks run on the calling thread: to keep a page responsive, call them from a
  * worker.
  */
-import { describe } from "../describe.js";
+import { unexpected } from "../describe.js";
 import { invalid } from "../errors.js";
 import { orAborted, pause, throwIfAborted } from "../models/abort.js";
 import * as check from "../models/check.js";
@@ -94,13 +94,13 @@ function checked(options: InpainterOptions) {
 
 function networkOf(network: unknown, dilation: number | undefined): InpaintNetwork {
   if (typeof network !== "object" || network === null) {
-    throw invalid(`model must be "migan", "lama" or an object, got ${describe(network)}`);
+    throw unexpected('model must be "migan", "lama" or an object', network);
   }
   const { input, mask, outputMax, tileSize, dilation: own } = network as InpaintNetwork;
   check.oneOf("model.input", input, "uint8", "float32");
   check.oneOf("model.mask", mask, "known", "hole");
   if (outputMax !== 1 && outputMax !== 255)
-    throw invalid(`model.outputMax must be 1 or 255, got ${String(outputMax)}`);
+    throw unexpected("model.outputMax must be 1 or 255", outputMax);
   check.positive("model.tileSize", tileSize);
   return { input, mask, outputMax, tileSize, dilation: check.count("dilation", dilation ?? own) };
 }

@@ -1,6 +1,6 @@
 // Checks of the arguments of networks. These never reach the core, so values are checked here as well.
 import * as check from "../check.js";
-import { describe } from "../describe.js";
+import { unexpected } from "../describe.js";
 import { invalid, StitchError } from "../errors.js";
 import type { Mask, Size } from "../types.js";
 import type { ModelCallOptions, RuntimeOptions, Weights } from "./types.js";
@@ -37,7 +37,7 @@ export function oneOf<T extends string>(name: string, value: unknown, ...choices
   const chosen = choices.find((choice) => choice === value);
   if (chosen !== undefined) return chosen;
   const words = choices.map((choice) => `"${choice}"`).join(" or ");
-  throw invalid(`${name} must be ${words}, got ${describe(value)}`);
+  throw unexpected(`${name} must be ${words}`, value);
 }
 
 /** Rejects unknown options, as misspelled ones would be ignored. */

@@ -146,7 +146,7 @@ test("the gain that is wrong is named", async () => {
   const footprint = { data: new Uint8Array(width * height), width, height };
   const warped = { warped: reference, footprint, offset: { x: 0, y: 0 }, clipped: false };
   for (const [gains, message, details] of /** @type {[any, RegExp, object][]} */ ([
-    [1, /^gains must be three numbers, got number$/, {}],
+    [1, /^gains must be three numbers, got 1$/, { value: 1 }],
     [[1, 1], /^gains must be three numbers, got 2$/, { expected: 3, actual: 2 }],
     [[1, 1, "1"], /^gains\[2\] must be a number, got "1"$/, {}],
     [new Array(3), /^gains\[0\] must be a number, got undefined$/, {}],
