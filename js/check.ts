@@ -91,7 +91,7 @@ export function text(name: string, value: unknown): string {
   return value;
 }
 
-function boolean(name: string, value: unknown): boolean {
+export function boolean(name: string, value: unknown): boolean {
   if (typeof value !== "boolean") throw unexpected(`${name} must be true or false`, value);
   return value;
 }
@@ -109,7 +109,8 @@ export function image(name: string, value: unknown): ImageInput {
 /** The photos of `stitchMany`. */
 export function photos(value: unknown): PhotoInput[] {
   if (!Array.isArray(value)) throw unexpected("photos must be an array", value);
-  return value.map((photo: unknown, i) => {
+  // Unlike `map` it calls for holes, too.
+  return Array.from(value, (photo: unknown, i) => {
     const name = `photos[${i}]`;
     const { focalLength, camera, depth: map } = object(name, photo);
     return {

@@ -20,7 +20,8 @@ const OUTPUTS = Object.keys({
 /** The pictures and masks that a result should contain. */
 export function outputs(value: unknown): readonly Output[] {
   if (!Array.isArray(value)) throw unexpected("outputs must be an array", value);
-  return value.map((name: unknown, i) => {
+  // Unlike `map` it calls for holes, too.
+  return Array.from(value, (name: unknown, i) => {
     const known = OUTPUTS.find((output) => output === name);
     if (known !== undefined) return known;
     const names = OUTPUTS.map((output) => JSON.stringify(output)).join(", ");

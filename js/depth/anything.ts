@@ -102,13 +102,13 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
 function checked(options: DepthModelOptions) {
   check.known(options, [...names, ...check.callNames, ...check.runtimeNames]);
   const { id, revision, output = "inverse" } = modelOf(options);
-  const { device = "auto", dtype, host, path, local, cache, cacheDir } = options;
+  const { device = "auto", dtype, host, path, local, cache = true, cacheDir } = options;
   return {
     id,
     revision,
     ...optionalTexts({ dtype, path, local, cacheDir }),
-    host,
-    cache,
+    host: host === undefined ? undefined : check.address("host", host),
+    cache: check.boolean("cache", cache),
     output: check.oneOf("model.output", output, "inverse", "metric"),
     device: check.oneOf("device", device, "auto", "webgpu", "wasm", "cpu"),
     runtime: check.runtime(options),
@@ -130,7 +130,7 @@ function modelOf({ model = "small", host, local }: DepthModelOptions): DepthMode
     throw unexpected('model must be "small" or { id, revision }', model);
   if (model.revision === undefined && host === undefined && local === undefined)
     throw invalid("model.revision must be given for downloads from the Hugging Face Hub");
-  return { ...model, revision: model.revision ?? "main" };
+  return { ...model, revision: check.text("model.revision", model.revision ?? "main") };
 }
 
 function rgb({ RawImage }: Library, { data, width, height }: ImageInput) {
@@ -169,7 +169,7 @@ async function gpuAdapter() {
 }
 
 function settingsOf(
-  { host, path, local, cache = true }: DepthModelOptions,
+  { host, path, local, cache }: DepthModelOptions,
   { fetch }: Environment,
   signal: AbortSignal | undefined,
 ): Partial<Environment> {

@@ -57,7 +57,7 @@ function checked(options: OnnxDepthOptions) {
     std: check.triple("std", std, 0),
     output: check.oneOf("output", output, "inverse", "metric"),
     device: check.oneOf("device", device, "wasm", "webgpu"),
-    cache,
+    cache: check.boolean("cache", cache),
     ...check.call(options),
     ...check.runtime(options),
   };

@@ -86,7 +86,7 @@ function checked(options: InpainterOptions) {
     network,
     weights: check.weights("weights", weights),
     device: check.oneOf("device", device, "wasm", "webgpu"),
-    cache,
+    cache: check.boolean("cache", cache),
     ...check.call(options),
     ...check.runtime(options),
   };

@@ -1,11 +1,12 @@
 // Checks of the arguments of networks. These never reach the core, so values are checked here as well.
 import * as check from "../check.js";
-import { unexpected } from "../describe.js";
+import { tag, unexpected } from "../describe.js";
 import { invalid, StitchError } from "../errors.js";
 import type { Mask, Size } from "../types.js";
-import type { ModelCallOptions, RuntimeOptions, Weights } from "./types.js";
+import type { ModelCallOptions, RuntimeOptions, WasmPaths, Weights } from "./types.js";
 
 export {
+  boolean,
   count,
   object,
   positive,
@@ -48,8 +49,17 @@ export function known(options: unknown, names: readonly string[]): void {
 }
 
 export function weights(name: string, value: Weights): string | URL | Uint8Array {
-  if (typeof value === "string" || value instanceof URL) return value;
-  return check.bytes(name, value);
+  return isAddress(value) ? value : check.bytes(name, value);
+}
+
+/** Where a file or a folder is. */
+export function address(name: string, value: unknown): string | URL {
+  if (isAddress(value)) return value;
+  throw unexpected(`${name} must be a string or a URL`, value);
+}
+
+function isAddress(value: unknown): value is string | URL {
+  return typeof value === "string" || value instanceof URL;
 }
 
 export const callNames = ["onProgress", "signal"] as const;
@@ -62,5 +72,20 @@ export function call(options: ModelCallOptions): ModelCallOptions {
 }
 
 export function runtime({ wasmPaths, threads = 1 }: RuntimeOptions): RuntimeOptions {
-  return { wasmPaths, threads: check.positive("threads", threads) };
+  return {
+    wasmPaths: wasmPaths === undefined ? undefined : pathsOf(wasmPaths),
+    threads: check.positive("threads", threads),
+  };
+}
+
+function pathsOf(value: unknown): WasmPaths {
+  if (typeof value === "string") return value;
+  // A URL has no property that the runtime would look at.
+  if (tag(value) !== "Object")
+    throw unexpected("wasmPaths must be a string or { mjs, wasm }", value);
+  const { mjs, wasm } = value as Exclude<WasmPaths, string>;
+  return {
+    ...(mjs !== undefined && { mjs: address("wasmPaths.mjs", mjs) }),
+    ...(wasm !== undefined && { wasm: address("wasmPaths.wasm", wasm) }),
+  };
 }

@@ -187,6 +187,11 @@ test("wrong arguments", async () => {
     [{ device: Object.create(null) }, /device must be "auto" or .*, got Object/],
     [{ dtype: 8 }, /dtype must be a string, got 8/],
     [{ cacheDir: new URL("file:///cache") }, /cacheDir must be a string, got URL/],
+    [{ host: 8080 }, /host must be a string or a URL, got 8080/],
+    [{ cache: "false" }, /cache must be true or false, got "false"/],
+    [{ model: { id: ID, revision: 4472 } }, /model\.revision must be a string, got 4472/],
+    [{ wasmPaths: new URL("file:///ort/") }, /wasmPaths must be a string or .*, got URL/],
+    [{ wasmPaths: { wasm: 1 } }, /wasmPaths\.wasm must be a string or a URL, got 1/],
     [unreadable, /an argument cannot be read: mine/],
   ]);
   for (const [options, message] of wrong) {
@@ -221,6 +226,7 @@ test("wrong arguments", async () => {
     [{ weights, mean: [0, 0] }, /mean must be three numbers, got 2/, { expected: 3, actual: 2 }],
     [{ weights, mean: [0, 0, "0"] }, /mean\[2\] must be a number, got "0"/],
     [{ weights, mean: [0, NaN, 0] }, /mean\[1\] must be finite, got NaN/, { value: NaN }],
+    [{ weights, cache: 0 }, /cache must be true or false, got 0/, { value: 0 }],
     [{ weights, std: [0, 1, 1] }, /std\[0\] must be finite and above 0, got 0/, { value: 0 }],
     [{ weights, std: [1, 1, Infinity] }, /std\[2\] must be finite/, { value: Infinity }],
   ]);

@@ -142,6 +142,8 @@ test("wrong arguments", async () => {
     [{ weights: 3 }, /weights/],
     [{ url: "" }, /url/],
     [{ dilation: -1 }, /dilation/],
+    [{ cache: "false" }, /cache must be true or false, got "false"/],
+    [{ wasmPaths: 1 }, /wasmPaths must be a string or { mjs, wasm }, got 1/],
     [null, /options must be an object, got null/],
     [{ model: null }, /model must be .*, got null/],
     [{ model: { input: Object.create(null) } }, /model.input must be .*, got Object/],

@@ -117,6 +117,7 @@ test("bad input is refused by number and name", async () => {
   /** @type {[unknown, object, RegExp][]} */
   const cases = [
     ["photos", {}, /photos must be an array/],
+    [[, photo], {}, /photos\[0\] must be an object, got undefined/],
     [[photo, null], {}, /photos\[1\] must be an object/],
     [[photo, { ...photo, focalLength: "long" }], {}, /photos\[1\]\.focalLength must be a number/],
     [[photo, { ...photo, focalLength: -1 }], {}, /^photos\[1\]: focalLength .*-1$/],

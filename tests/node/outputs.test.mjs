@@ -57,6 +57,7 @@ test("other names, and what is no array, are refused", async () => {
   /** @type {[unknown, RegExp][]} */
   const wrong = [
     [["mosaic", "crop"], /outputs\[1\] must be one of "mosaic", .*, got "crop"/],
+    [[, "mosaic"], /outputs\[0\] must be one of .*, got undefined/],
     [[7], /outputs\[0\] must be one of .*, got 7/],
     ["mosaic", /outputs must be an array, got "mosaic"/],
     [null, /outputs must be an array, got null/],
