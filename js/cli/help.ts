@@ -93,8 +93,9 @@ ${table(options)}
 Existing files are replaced, all at once and only if everything succeeded. A summary is printed to stdout; progress,
 warnings and errors to stderr, each error as one line: depthstitch: code: message.
 
-Exit codes: 0 stitched; 1 the photos could not be stitched, or a file could not be read or written; 2 the command line
-is invalid; 130 interrupted by Ctrl-C, which ends it at once and leaves nothing behind.
+Exit codes: 0 stitched; 1 the photos could not be stitched, or a file could not be read or written; 2 the command
+line, or a photo or camera that it names, is invalid; 130 interrupted by Ctrl-C, which ends it at once and leaves nothing
+behind.
 `;
 }
 

@@ -85,7 +85,7 @@ function reportError(error: unknown): number {
   }
   if (error instanceof StitchError) {
     printError(`${error.code}: ${error.message}`);
-    // Arguments of the core are given as flags.
+    // Arguments of the core are given as flags, or are what they name: photos and cameras.
     return error.code === "invalid-argument" ? USAGE : FAILED;
   }
   if (error instanceof FileError) {

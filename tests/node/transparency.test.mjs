@@ -80,6 +80,13 @@ test("a photo that is wholly transparent is named", async () => {
   const many = await rejection(stitchMany([target, reference, nothing]));
   assert.match(many.message, /^photos\[2\]: photo is transparent/);
   assert.equal(many.details.photo, 2);
+
+  const clear = join(folder, "clear.png");
+  await writeFile(clear, await encodePng(nothing));
+  const args = [MAIN, clear, clear, "-o", join(folder, "none.png")];
+  const { status, stderr } = spawnSync(process.execPath, args, { encoding: "utf8" });
+  assert.equal(status, 2);
+  assert.match(stderr, /^depthstitch: invalid-argument: target is transparent/);
 });
 
 test("the command line reads alpha from PNG files", async () => {
