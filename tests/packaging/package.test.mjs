@@ -272,7 +272,6 @@ test("the example for Vite shows a mosaic, built and by the development server",
   const copy = example("vite", "public");
   const config = {
     root: copy,
-    configFile: join(copy, "vite.config.js"),
     logLevel: /** @type {const} */ ("warn"),
   };
   await build({ ...config, build: { target: "es2022" } });

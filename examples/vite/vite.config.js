@@ -1,4 +1,0 @@
-export default {
-  // Pre-bundling for the development server would separate the package from its worker and wasm files.
-  optimizeDeps: { exclude: ["depthstitch"] },
-};
