@@ -16,15 +16,24 @@ export interface TrueMap {
   readonly e: readonly number[];
 }
 
-/** The contents of a `case.json`. File names are relative to its folder. */
-export interface CaseDescription {
+/** The files of a pair of photos. */
+export interface PairFiles {
   readonly target: string;
   readonly reference: string;
-  /** Null for a case without matches. */
+  /** Null for a pair without matches. */
   readonly matches: string | null;
-  /** One or two depth maps; null for a case without depth. */
-  readonly depth:
-    (DepthFormat & { readonly target: string | null; readonly reference: string | null }) | null;
+  /** Null for a pair without depth. */
+  readonly depth: DepthFiles | null;
+}
+
+/** One or two depth maps, and how their values are interpreted. */
+export interface DepthFiles extends DepthFormat {
+  readonly target: string | null;
+  readonly reference: string | null;
+}
+
+/** The contents of a `case.json`. File names are relative to its folder. */
+export interface CaseDescription extends PairFiles {
   /** The true map, for the depth maps of the case (`truth`) or for `truth_inverse_depth.npy` (`truth_map`). */
   readonly truth: (TrueMap & { readonly ownDepth: boolean }) | null;
 }
@@ -49,7 +58,7 @@ export function parseCase(text: string, path: string): CaseDescription {
   const numbers = (from: Fields, key: string, count: number): number[] =>
     numbersOf(from[key], count) ?? fail(`"${key}" must be ${count} numbers`);
 
-  const depthFiles = (format: Fields): CaseDescription["depth"] => {
+  const depthFiles = (format: Fields): DepthFiles => {
     const target = optional(root, "target_depth");
     const reference = optional(root, "reference_depth");
     if (target === null && reference === null)

@@ -9,28 +9,18 @@ import {
   type PhotoMetadata,
 } from "../codecs.js";
 import { StitchError, type DepthInput, type ImageOutput } from "../index.js";
-import { parseCase, type CaseDescription, type DepthFormat, type TrueMap } from "./case-file.js";
+import {
+  parseCase,
+  type CaseDescription,
+  type DepthFormat,
+  type PairFiles,
+  type TrueMap,
+} from "./case-file.js";
 import { FileError } from "./errors.js";
 import { readBytes, readText } from "./files.js";
 import { inTurn } from "./in-turn.js";
 import { parseMatches } from "./matches-file.js";
 import { parseNpy, type NumericArray } from "./npy.js";
-
-/** The files of a pair of images. */
-export interface PairFiles {
-  readonly target: string;
-  readonly reference: string;
-  /** Null to detect and match features. */
-  readonly matches: string | null;
-  /** The depth maps and their format, or null for a pair without depth. */
-  readonly depth: DepthFiles | null;
-}
-
-/** Depth maps of one or both images. */
-export interface DepthFiles extends DepthFormat {
-  readonly target: string | null;
-  readonly reference: string | null;
-}
 
 /** A decoded pair, ready for `stitch`. */
 export interface Pair {

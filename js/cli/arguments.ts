@@ -2,8 +2,7 @@ import { extname, resolve } from "node:path";
 import { parseArgs, type ParseArgsConfig } from "node:util";
 
 import { systemCode } from "../cases/errors.js";
-import type { PairFiles } from "../cases/case.js";
-import type { DepthFormat } from "../cases/case-file.js";
+import type { DepthFormat, PairFiles } from "../cases/case-file.js";
 import { numberOfWorkers, WORKERS } from "../choices.js";
 import type { CallOptions, Options } from "../index.js";
 import { SETTING_NAMES, applySetting, flagName, parseChoice, parseNumber } from "./settings.js";

@@ -1,4 +1,5 @@
-import { loadPair, type PairFiles } from "../cases/case.js";
+import { loadPair } from "../cases/case.js";
+import type { PairFiles } from "../cases/case-file.js";
 import { stitch, type Model } from "../index.js";
 import { inputPaths, type Outputs, type StitchCommand } from "./arguments.js";
 import { matchColours } from "./colours.js";

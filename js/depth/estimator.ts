@@ -5,7 +5,7 @@ import { toInverse } from "./map.js";
 import type { DepthEstimator, DepthOutput } from "./types.js";
 
 /** A network's output, whose last two dimensions are height and width. */
-interface Prediction {
+export interface Prediction {
   readonly data: ArrayLike<number>;
   readonly dims: readonly number[];
 }

@@ -2,6 +2,7 @@
 import { missingPackage } from "../models/errors.js";
 import { serialQueue } from "../models/queue.js";
 import type { WasmPaths } from "../models/types.js";
+import type { Prediction } from "./estimator.js";
 
 export interface Environment {
   remoteHost: string;
@@ -38,10 +39,6 @@ export interface Photo {
 export interface Network {
   (inputs: Record<string, unknown>): Promise<{ predicted_depth?: Prediction }>;
   dispose(): Promise<unknown>;
-}
-export interface Prediction {
-  readonly data: ArrayLike<number>;
-  readonly dims: readonly number[];
 }
 /** Progress of a download, as the library reports it. */
 export interface FileProgress {
