@@ -1,6 +1,6 @@
 // Depth networks in Node: the library's folder format, and single ONNX files.
 import assert from "node:assert/strict";
-import { cpSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -8,7 +8,7 @@ import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { stitch, StitchError } from "depthstitch";
 import { estimateDepth, loadDepthModel, loadOnnxDepth } from "depthstitch/depth";
-import { dataFolder, root } from "../../js/tools/shared.mjs";
+import { dataFolder } from "../../js/tools/shared.mjs";
 import { rejection } from "../node/sample.mjs";
 import { BIAS, depthOf, folder, writeDepthModel } from "./networks.mjs";
 import { paint, rankCorrelation, sample, withDepth } from "./pictures.mjs";
@@ -272,22 +272,6 @@ test("a single file that is none", async () => {
   const unsaid = await rejection(loadOnnxDepth({ weights: sizeless }));
   assert.equal(unsaid.code, "invalid-argument");
   assert.match(unsaid.message, /inputSize/);
-});
-
-test("a single file is not downloaded without the runtime", async () => {
-  // Where no packages are installed.
-  const alone = join(cacheDir, "alone");
-  cpSync(join(root, "dist"), join(alone, "dist"), { recursive: true });
-  writeFileSync(join(alone, "package.json"), JSON.stringify({ type: "module" }));
-  const entry = pathToFileURL(join(alone, "dist", "depth", "index.js")).href;
-  /** @type {typeof import("depthstitch/depth")} */
-  const { loadOnnxDepth } = await import(entry);
-  requests.length = 0;
-  await assert.rejects(loadOnnxDepth({ weights: `${host}/hub/none.onnx` }), {
-    code: "model-load-failed",
-    message: /npm install onnxruntime-web/,
-  });
-  assert.deepEqual(requests, []);
 });
 
 test("FastDepth sees what is near", async (t) => {
