@@ -382,10 +382,13 @@ fn a_homography_has_no_depth() {
     let options = Options { output_depth: true, ..Options::default() };
     for scene in [scene::plane(), scene::rotation()] {
         let photos = Photos::of(&render(&scene), &NOISY);
-        let none = Photos { target_depth: None, reference_depth: None, ..photos.clone() };
-        for photos in [photos, none] {
+        let one = Photos { reference_depth: None, ..photos.clone() };
+        let none = Photos { target_depth: None, ..one.clone() };
+        for photos in [photos, one, none] {
             let found = run(&photos, &options);
             assert_eq!(found.geometry.kind, ModelKind::Homography);
+            assert!(codes(&found).contains(&"parallax-unobservable"), "{:?}", codes(&found));
+            assert!(!codes(&found).contains(&"no-depth"), "{:?}", codes(&found));
             assert_eq!(found.depth, [None, None]);
             let aligned = align(Some(&photos.matches), photos.target(), photos.reference(), &options, &mut ()).unwrap();
             assert_eq!(aligned.depth, [None, None]);

@@ -1,10 +1,11 @@
 //! What a whole stitch reports on its way, and how it is stopped.
 #![allow(clippy::unwrap_used)]
 
+use depthstitch::inverse_depth::DepthKind;
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{ManyOptions, stitch_many};
 use depthstitch::pipeline::{Options, stitch};
-use depthstitch::{Stage, View};
+use depthstitch::{InverseDepth, Stage, View};
 use scene::{MatchOptions, Photos};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -45,7 +46,14 @@ fn progress_never_goes_back() {
     let photos = Photos::of(&scene.render(240, 160), &matches);
     let [target, reference] = [photos.target(), photos.reference()];
     let without = [target, reference].map(|view| View { depth: None, ..view });
-    for (target, reference) in [(target, reference), (without[0], reference), (without[0], without[1])] {
+    let noise = |seed: usize| {
+        let values: Vec<f32> = (0..240 * 160).map(|i| ((i * 7919 + seed) % 1009) as f32 / 1009.0).collect();
+        InverseDepth::new("depth", &values, (240, 160), DepthKind::Inverse, None, (240, 160)).unwrap()
+    };
+    let noise = [noise(3), noise(500)];
+    let wrong = |side: usize| View { depth: Some(&noise[side]), ..without[side] };
+    let pairs = [(target, reference), (without[0], reference), (without[0], without[1]), (wrong(0), wrong(1))];
+    for (target, reference) in pairs {
         let mut recorder = Recorder { seen: Vec::new(), stop: |_, _| false };
         stitch(None, target, reference, &Options::default(), &mut recorder).unwrap();
         for pair in recorder.seen.windows(2) {

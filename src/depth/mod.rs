@@ -20,5 +20,5 @@ pub use stereo::{RefineOptions, Refined, refine};
 pub use surface::{Extrapolation, SurfaceShape};
 pub(crate) use surface::{OtherView, Surface, sample_grid, sample_step, sample_weight, segments};
 pub use transfer::{derive_depth, derive_missing};
+pub(crate) use two_view::{SECOND_MAP, dense, reference_map, target_map};
 pub use two_view::{TwoView, two_view};
-pub(crate) use two_view::{dense, reference_map, target_map};

@@ -19,6 +19,9 @@ const PREDICTABLE: f64 = 0.0025;
 /// half of them cost 1.2 dB.
 const MOST_SAMPLES: usize = 8000;
 
+/// The part of the stage at which the map of the reference begins.
+pub(crate) const SECOND_MAP: f32 = 0.55;
+
 /// Geometry and depth of two photos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoView {
@@ -75,7 +78,7 @@ pub(crate) fn target_map(
     target: ImageView<'_>,
     observer: &mut dyn Observer,
 ) -> Result<(InverseDepth, f64)> {
-    dense(ends, target, &mut Portion::new(observer, 0.1, 0.55))
+    dense(ends, target, &mut Portion::new(observer, 0.1, SECOND_MAP))
 }
 
 /// The map of the reference, and its prediction error.
@@ -84,7 +87,7 @@ pub(crate) fn reference_map(
     reference: ImageView<'_>,
     observer: &mut dyn Observer,
 ) -> Result<(InverseDepth, f64)> {
-    dense(ends, reference, &mut Portion::new(observer, 0.55, 1.0))
+    dense(ends, reference, &mut Portion::new(observer, SECOND_MAP, 1.0))
 }
 
 /// The dense map of one photo through `ends`, relative to a plane and of mean square 1 there, and its prediction error: see

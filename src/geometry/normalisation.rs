@@ -6,6 +6,9 @@ use super::Model;
 use super::correspondences::{Correspondence, Correspondences, ProjectionMatrix};
 use crate::rect::diagonal;
 
+/// Depth whose variance is less than this share of its squared mean is constant.
+const CONSTANT: f64 = 1e-24;
+
 /// The change of coordinates of both point sets and of the inverse depth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Normalisation {
@@ -22,7 +25,9 @@ impl Normalisation {
     pub fn hartley(points: &Correspondences) -> Self {
         let depth_mean = mean(points, |p| p.d);
         let variance = mean(points, |p| (p.d - depth_mean) * (p.d - depth_mean));
-        let scale = if variance.is_normal() { 1.0 / variance.sqrt() } else { 0.0 };
+        // A constant depth is interpolated with errors of its last digits.
+        let varies = variance.is_normal() && variance > CONSTANT * depth_mean * depth_mean;
+        let scale = if varies { 1.0 / variance.sqrt() } else { 0.0 };
         Self {
             source: centring(points, |p| [p.x, p.y]),
             depth: [scale, -scale * depth_mean],

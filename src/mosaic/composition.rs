@@ -5,7 +5,7 @@
 //! the work is in proportion to the photos, not to the canvas times their number.
 
 use super::average::opaque_or_empty;
-use super::blend::{BlendOptions, compose};
+use super::blend::{BlendOptions, Blending, compose};
 use super::canvas::Placed;
 use super::crop::bounds;
 use super::multiband::default_bands;
@@ -163,7 +163,9 @@ impl Composition {
         let [left, top] = self.place(warped, at).map(|v| v.max(0) as usize);
         let bands = if options.bands == 0 { self.bands } else { options.bands };
         let own = Rect { x: bounds.x + left, y: bounds.y + top, ..bounds };
-        let window = own.grown(3 << bands, self.image.size());
+        // What bands reach, and enough around the overlap for the seam and the ramp across it.
+        let ramp = if options.blending == Blending::Feather { options.feather as usize / 2 + 1 } else { 0 };
+        let window = own.grown((3 << bands.max(self.bands)).max(ramp), self.image.size());
 
         let before = self.cut_out(window)?;
         let placed = Placed { photo: before.view(), left: 0, top: 0 };

@@ -292,10 +292,9 @@ impl<'a> Memory<'a> {
     }
 
     fn warp(&self, canvas: u64) -> u64 {
-        let vertices = match self.options.warp.grid {
-            (0, 0) => self.photos()[0],
-            (columns, rows) => (u64::from(columns) + 1) * (u64::from(rows) + 1),
-        };
+        let ((columns, rows), (width, height)) = (self.options.warp.grid, self.job.photos[0]);
+        let along = |cells: u32, side: usize| if cells == 0 { side } else { side.min(cells as usize + 1) };
+        let vertices = pixels((along(columns, width), along(rows, height)));
         // Of more, two rows.
         let vertices = if vertices > MOST_KEPT as u64 { 0 } else { vertices };
         let maps = self.maps().into_iter().fold(self.projected(), u64::saturating_add);

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::align::Alignment;
 use super::options::{Options, WithoutDepth};
 use super::picture::share_of_points;
-use crate::depth::{derive_missing, reference_map, target_map};
+use crate::depth::{SECOND_MAP, derive_missing, reference_map, target_map};
 use crate::features::track;
 use crate::geometry::{Estimate, EstimateOptions, Frame, Match, ModelKind, estimate, two_view_geometry};
 use crate::observer::{Observer, Portion};
@@ -43,7 +43,8 @@ pub(super) fn fit_models<'a>(
     }
     for _ in 0..ATTEMPTS {
         seed = seed.wrapping_add(1);
-        let again = &mut Portion::new(observer, 1.0, 1.0);
+        // The map that is completed later is the rest of this stage.
+        let again = &mut Portion::of_stage(observer, Stage::Depth, SECOND_MAP, SECOND_MAP);
         if let Some(found) = if_possible(fit(matches, views, options, seed, again))?
             && found.share_behind(views[0].image) <= MOST_BEHIND
         {
@@ -68,7 +69,7 @@ fn fit<'a>(
         return fit_to_maps(matches, views, without_depth, options, observer);
     }
     if given == [false; 2] {
-        return fit_two_view(matches, views, options, observer);
+        return fit_two_view(matches, views, options, 0.0, observer);
     }
     let first = match fit_to_maps(matches, views, without_depth, options, &mut Portion::new(observer, 0.0, 0.5)) {
         Ok(found) if found.maps_fit(matches) => return Ok(found),
@@ -83,11 +84,20 @@ fn fit<'a>(
         found.geometry.warnings.insert(0, unusable.clone().unwrap_or(Warning::DepthInconsistent));
         found
     };
-    let without = if_possible(fit_two_view(matches, views, options, &mut Portion::new(observer, 0.5, 1.0)))?;
+    let without = if_possible(fit_two_view(matches, views, options, 0.5, observer))?;
     let flat = |found: &Alignment<'_>| found.geometry.kind == ModelKind::Homography;
     match without {
         Some(found) if !flat(&found) || !first.as_ref().is_ok_and(flat) => Ok(ignoring(found)),
-        _ => first,
+        _ => first.map(|mut found| {
+            // One map may have been given, from which no other could be made.
+            let unobservable = |warning: &mut Warning| {
+                if *warning == Warning::NoDepth {
+                    *warning = Warning::ParallaxUnobservable;
+                }
+            };
+            found.geometry.warnings.iter_mut().for_each(unobservable);
+            found
+        }),
     }
 }
 
@@ -116,15 +126,17 @@ pub(super) fn fit_homography(
     estimate(matches, target, reference, options, observer)
 }
 
-/// The models with depth from the matches themselves; that of the reference [comes later](Alignment::complete_maps).
+/// The models with depth from the matches themselves; that of the reference [comes later](Alignment::complete_maps). `from` is the
+/// share of the estimation that was done before.
 fn fit_two_view<'a>(
     matches: &[Match],
     [target, reference]: [View<'a>; 2],
     options: &EstimateOptions,
+    from: f32,
     observer: &mut dyn Observer,
 ) -> Result<Alignment<'a>> {
     let sizes = [target, reference].map(|view| view.image.size());
-    let found = two_view_geometry(matches, sizes, options, observer)?;
+    let found = two_view_geometry(matches, sizes, options, &mut Portion::new(observer, from, 1.0))?;
     let Some([of_target, of_reference]) = found.samples else {
         let prediction_error = Some(found.estimate.residual);
         return Ok(Alignment { prediction_error, ..alignment(found.estimate, [None, None]) });

@@ -105,7 +105,7 @@ impl<'a> Painter<'a> {
                         photometric_error(like, colour) >= photometric_error(like, there)
                     }
                     Some(_) => reliable[1],
-                    None => nearness.is_none_or(|nearness| nearness <= depths[at]),
+                    None => nearness.is_none_or(|nearness| rank(nearness) <= rank(depths[at])),
                 };
                 if worse {
                     continue;
@@ -120,6 +120,12 @@ impl<'a> Painter<'a> {
             pixels[at] = colour.to_le_bytes();
         }
     }
+}
+
+/// What is nearer has a higher rank; what is not known, the lowest.
+#[inline(always)]
+fn rank(nearness: f32) -> f32 {
+    if nearness.is_nan() { f32::NEG_INFINITY } else { nearness }
 }
 
 /// The target's depth map, if anything reads it: the selection outside the reference, or the caller.

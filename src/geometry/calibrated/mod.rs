@@ -25,6 +25,8 @@ pub(super) const LOG_FOCAL: [f64; 2] = [-0.35, 0.35];
 pub(super) const PAIR_FOCAL_DEVIATION: f64 = 0.02;
 /// Standard deviation of the inverse depth at infinity, which should be 0, as a fraction of the matches' median. A weak prior.
 const SHIFT: f64 = 0.5;
+/// That deviation at least, where depth has a variance of 1.
+const LEAST_SHIFT: f64 = 1e-3;
 /// Where least squares stop while the inliers still change, and in the end: when a step reduces the cost by less than this
 /// fraction.
 const COARSE: f64 = 1e-2;
@@ -161,7 +163,8 @@ impl Direction {
             inliers: normalisation.apply(&chosen),
             flags: inliers.to_vec(),
             free: normalisation.projection(model),
-            infinity: [zero, SHIFT * (middle - zero).abs()],
+            // Where most of it is at infinity, that is known.
+            infinity: [zero, (SHIFT * (middle - zero).abs()).max(LEAST_SHIFT)],
             normalisation,
         }
     }

@@ -20,11 +20,11 @@ use super::ransac::score::{Scales, count};
 use super::summary::{FEW, summarise};
 use super::usable::{Usable, scatter_area, usable_matches};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
-use crate::observer::{Observer, report};
+use crate::observer::Observer;
 use crate::report::Warning;
 use crate::sampler::Sampler;
 use crate::statistics::meaningful_consensus;
-use crate::{Error, Result, Stage};
+use crate::{Error, Result};
 use consensus::{Epipolar, search};
 pub(super) use essential::{Motion, Rays, decompose, in_front};
 pub(crate) use infinity::plane_at_infinity;
@@ -68,7 +68,6 @@ pub(crate) fn two_view_geometry(
     let usable = usable_matches(matches, [&frames[0], &frames[1]]);
     let plane = homography.as_ref().ok().map(|homography| &homography.forward);
     let scene = PlaneParallax::find(&usable, plane, options);
-    report(observer, Stage::Depth, 0.1)?;
     let Some(mut scene) = scene else {
         let mut estimate = homography?;
         for warning in &mut estimate.warnings {

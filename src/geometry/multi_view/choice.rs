@@ -29,6 +29,8 @@ struct Pairs<'a> {
     lenses: &'a [Lens],
     links: &'a [PairLink],
     root: usize,
+    /// A photo that has to have a place.
+    reference: Option<usize>,
     may_distort: bool,
     /// How many observations tracks have beyond their first, if no pair contradicts the others.
     observations: usize,
@@ -45,11 +47,12 @@ struct Candidate {
     cost: f64,
 }
 
-/// Finds the geometry of photos that `links` connect with `root`, which always has a place; and the lens' distortion,
-/// if it `may_distort`.
-pub fn multi_view(lenses: &[Lens], links: &[PairLink], root: usize, may_distort: bool) -> MultiView {
+/// Finds the geometry of photos that `links` connect with each other, of which the `reference` always has a place; and the lens'
+/// distortion, if it `may_distort`.
+pub fn multi_view(lenses: &[Lens], links: &[PairLink], reference: Option<usize>, may_distort: bool) -> MultiView {
+    let root = reference.or(links.iter().map(|link| link.photos[0]).min()).unwrap_or(0);
     let observations = count_observations(&tracks(lenses, links));
-    let pairs = Pairs { lenses, links, root, may_distort, observations };
+    let pairs = Pairs { lenses, links, root, reference, may_distort, observations };
     let focal = calibrate(lenses, links);
     let prior = focal.prior;
     let own = calibrate_each(lenses, links, &focal);
@@ -112,6 +115,9 @@ impl Pairs<'_> {
     fn grown(&self, focal: &Focal, rotations: &Rotations) -> Option<Candidate> {
         let tracks = tracks(self.lenses, &self.consistent(&rotations.contradicting));
         let scene = grow(self.lenses, focal, &tracks, &rotations.poses, &rotations.photos)?;
+        if self.reference.is_some_and(|photo| scene.cameras[photo].is_none()) {
+            return None;
+        }
         Some(self.candidate(scene, &tracks, &rotations.contradicting, FreeParameters::POSES, focal.prior))
     }
 
@@ -213,7 +219,7 @@ mod tests {
     use crate::geometry::{Match, Model, ModelKind};
 
     /// What is found of two photos, between which the camera moved and turned, if so many of 120 points are near.
-    fn found(near: usize) -> MultiView {
+    fn found(near: usize) -> (Lens, PairLink) {
         let lens = Lens { size: (800, 600), focal: Some(700.0) };
         let [k, back] = lens.calibration(0.7);
         let rotation = *Rotation3::from_euler_angles(0.0, 0.25, 0.0).matrix();
@@ -229,12 +235,32 @@ mod tests {
         let features = (0..matches.len()).map(|i| [i as u32; 2]).collect();
         let model = Model { h: k * (rotation * back), e: k * motion };
         let link = PairLink { photos: [0, 1], features, matches, model, kind: ModelKind::TwoView };
-        multi_view(&[lens; 2], &[link], 0, false)
+        (lens, link)
+    }
+
+    fn geometry_of(near: usize) -> MultiView {
+        let (lens, link) = found(near);
+        multi_view(&[lens; 2], &[link], None, false)
+    }
+
+    #[test]
+    fn the_reference_has_a_place_though_it_shares_no_landmark() {
+        let (lens, link) = found(80);
+        // A pair of whatever: nothing that a third photo sees says where it was.
+        let place = |i: usize| [(i * 89 % 700) as f64, (i * 53 % 500) as f64];
+        let matches: Vec<Match> = (0..30).map(|i| Match { target: place(i), reference: place(i + 7) }).collect();
+        let features = (0..30).map(|i| [500 + i, i]).collect();
+        let model = Model::homography(nalgebra::Matrix3::identity());
+        let weak = PairLink { photos: [1, 2], features, matches, model, kind: ModelKind::Homography };
+        let links = [link, weak];
+        let free = multi_view(&[lens; 3], &links, None, false);
+        assert!(free.kind == MultiViewKind::Cameras && !free.is_placed(2));
+        assert!(multi_view(&[lens; 3], &links, Some(2), false).is_placed(2));
     }
 
     #[test]
     fn cameras_that_turned_take_the_place_of_others_where_most_is_far() {
-        let mut geometry = found(20);
+        let mut geometry = geometry_of(20);
         assert_eq!(geometry.kind, MultiViewKind::Cameras);
         assert!(!geometry.samples(0, 1).is_empty());
         assert!(geometry.ignore_parallax());
@@ -242,6 +268,6 @@ mod tests {
         assert_eq!(geometry.model([0, 1]).unwrap().e, Vector3::zeros());
         assert!(geometry.samples(0, 1).is_empty());
         assert!(!geometry.ignore_parallax());
-        assert!(!found(80).ignore_parallax());
+        assert!(!geometry_of(80).ignore_parallax());
     }
 }

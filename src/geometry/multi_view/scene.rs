@@ -203,7 +203,7 @@ impl Scene {
     pub fn cost(&self, all: usize) -> f64 {
         let noise = self.residual_noise().unwrap_or(0.0);
         let most = EXPLAINED * self.diagonals.iter().sum::<f64>() / self.diagonals.len() as f64;
-        let share = self.explained() as f64 / all.max(1) as f64;
+        let share = (self.explained() as f64 / all.max(1) as f64).min(1.0);
         share * noise * noise + (1.0 - share) * most * most
     }
 

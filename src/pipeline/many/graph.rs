@@ -36,7 +36,7 @@ pub struct PhotoPair {
     /// Those that agree on one geometry.
     pub inliers: usize,
     /// Whether the two are taken to show the same scene: by enough inliers, whose geometry does not contradict that of other
-    /// pairs.
+    /// pairs, or by what was matched once the cameras were known.
     pub linked: bool,
 }
 

@@ -63,11 +63,8 @@ pub(super) async fn locate(
     let links: Vec<PairLink> = graph.links.iter().filter(|link| group.contains(&link.photos[0])).cloned().collect();
     let mut geometry = match &cameras {
         Some(cameras) => MultiView::given(&lenses, cameras, &links),
-        None => multi_view(&lenses, &links, options.reference.unwrap_or(group[0]), options.distortion.is_none()),
+        None => multi_view(&lenses, &links, options.reference, options.distortion.is_none()),
     };
-    for link in geometry.contradicting.iter().filter_map(|&i| links.get(i)) {
-        graph.pairs.iter_mut().filter(|pair| pair.photos == link.photos).for_each(|pair| pair.linked = false);
-    }
     let consistent = |(i, link): (usize, PairLink)| (!geometry.contradicting.contains(&i)).then_some(link);
     let mut links: Vec<PairLink> = links.into_iter().enumerate().filter_map(consistent).collect();
     if let Some(distortion) = geometry.distortion() {
@@ -83,6 +80,9 @@ pub(super) async fn locate(
         let again = &mut Portion::of_stage(observer, Stage::Estimate, 0.0, 0.5);
         links = more_matches(&images, &features, &graph.pairs, &links, &geometry, matching, again)?;
         refine(&images, &links, &mut geometry, &mut Portion::of_stage(observer, Stage::Estimate, 0.5, 1.0))?;
+    }
+    for pair in graph.pairs.iter_mut().filter(|pair| group.contains(&pair.photos[0])) {
+        pair.linked = links.iter().any(|link| link.photos == pair.photos);
     }
     let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
     group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
