@@ -105,3 +105,32 @@ mod blending {
         assert_eq!(blend(&footprint, reference.view()), wrong("footprint", (8, 8), (16, 4)));
     }
 }
+
+mod composition {
+    #[cfg(target_arch = "wasm32")]
+    use super::test;
+    use super::*;
+    use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Layer};
+
+    /// A mosaic goes on beyond what a photo that is added covers: its seam needs that, and a ramp may be wider than bands.
+    #[test]
+    fn seam_and_ramp_do_not_depend_on_bands() {
+        let texture = |x: usize, y: usize, more: u8| {
+            let level = (100 + (3 * x + 5 * y) % 61 - (7 * x + 3 * y) % 23) as u8 + more;
+            [level, level, level, 255]
+        };
+        let first = picture(600, 200, |x, y| texture(x, y, 0));
+        let image = picture(900, 200, |x, y| if x < 300 { EMPTY } else { texture(x, y, 30) });
+        let footprint = mask(900, 200, |x, _| x >= 300);
+        let added = Warped { image, footprint, confidence: None, depth: None, offset: (0, 0), clipped: false };
+        let with = |bands: u32| {
+            let blending = Blending::Feather;
+            let options = BlendOptions { bands, blending, feather: 200, exposure: Exposure::Off, ..Default::default() };
+            let mut set = Composition::of(first.view(), None, 1).unwrap();
+            set.add(&added, [0, 0], Layer { label: 2, gains: None }, &options, &mut ()).unwrap();
+            set
+        };
+        let (few, many) = (with(1), with(6));
+        assert!(few.labels == many.labels && few.image == many.image);
+    }
+}
