@@ -6,7 +6,7 @@ use crate::decimal::Decimal;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// No depth maps, so a homography was fitted.
+    /// At least one depth map is missing, so a homography was fitted.
     NoDepth,
     /// A depth map does not explain the parallax of the matches, and was ignored.
     DepthInconsistent,
@@ -72,7 +72,7 @@ impl Warning {
     /// One sentence for a person.
     pub fn message(&self) -> String {
         match self {
-            Warning::NoDepth => "No depth maps were given: the photos are aligned by a homography.".into(),
+            Warning::NoDepth => "Depth maps are missing: the photos are aligned by a homography.".into(),
             Warning::DepthInconsistent => {
                 "The depth maps do not explain how the photos differ: at least one of them was ignored.".into()
             }
