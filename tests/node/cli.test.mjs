@@ -72,16 +72,7 @@ function assertFails(result, code, line) {
 }
 
 test("a pair with depth becomes a mosaic, its parts and a report", async () => {
-  const outputs = [
-    "-o",
-    "m.jpg",
-    "--warped",
-    "w.png",
-    "--void-mask",
-    "v.png",
-    "--report",
-    "r.json",
-  ];
+  const outputs = "-o m.jpg --warped w.png --void-mask v.png --report r.json".split(" ");
   const result = await run([...pair(), ...depths(), ...outputs, "--seed", "7"]);
   assert.equal(result.code, 0, result.stderr);
   assert.deepEqual(result.files, ["m.jpg", "r.json", "v.png", "w.png"]);
