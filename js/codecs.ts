@@ -150,8 +150,8 @@ export async function encodeGrayPng(mask: GrayInput): Promise<Uint8Array<ArrayBu
 }
 
 /**
- * Encodes an image as JPEG with a quality from 1 to 100; transparent pixels become black. `metadata` as for {@link encodePng}; EXIF data
- * of more than 64 KB are left out.
+ * Encodes an image as JPEG with a quality from 1 to 100 (default 90); transparent pixels become black. `metadata` as for
+ * {@link encodePng}; EXIF data of more than 64 KB are left out.
  */
 export async function encodeJpeg(
   image: ImageInput,

@@ -94,7 +94,8 @@ export async function stitch<O extends Output = Output>(
  * Stitches two to thirty photos of a scene, taken from wherever, in any order, into the view of one of them.
  *
  * Photos that do not belong, or cannot be shown, are left out; `photos` in the result says why. Not all options of `stitch`
- * play a part: `guidedMatching`, `withoutDepth`, `robustFit` and `calibration` have no effect.
+ * play a part: `withoutDepth`, `robustFit` and `calibration` have no effect; `guidedMatching: false` skips matching again and the
+ * sharpening of matches.
  *
  * @throws {StitchError} `invalid-argument`, `size-mismatch`, `no-consensus`, `degenerate-geometry`, `too-large`, `out-of-memory`,
  * `aborted`.
@@ -172,7 +173,7 @@ export async function matchImages(
 /**
  * Estimates both models from matches, without the images.
  *
- * @param inputs sizes of the images, matches, and depth maps if there are any; without them a homography is fitted.
+ * @param inputs sizes of the images, matches, and depth maps if there are any; unless there are both a homography is fitted.
  * @example
  * const targetSize = { width: 640, height: 480 };
  * const { forward } = await estimate({ targetSize, referenceSize: targetSize, matches });

@@ -19,7 +19,10 @@ const INPUT: readonly Row[] = [
     "of three photos or more, the one in whose view all are shown; by default the one in the middle, or of photos taken on the way forward an early one",
   ],
   ["--target-depth FILE", "depth map of the target"],
-  ["--reference-depth FILE", "depth map of the reference; a missing one is derived from the other"],
+  [
+    "--reference-depth FILE",
+    "depth map of the reference; a missing one is derived from the other, but not with --without-depth=homography",
+  ],
   [
     "--depth FILE",
     "of three photos or more, a depth map: once for each photo, in their order, and none for one without",

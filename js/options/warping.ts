@@ -75,7 +75,7 @@ export const warping = {
     paper: 0.01,
     label: "Void distance",
     description:
-      'β: a pixel is void where forward and reverse model disagree by more than this. Unless mode is "paper", less is enough where the colours differ unusually, and with depth from the images alone it is reduced by up to half.',
+      'β: a pixel is void where forward and reverse model disagree by more than this. Unless mode is "paper", less is enough where the colours differ unusually. For two images alone with refinement it plays no part; with depth from the images otherwise it is reduced by up to half.',
   },
   stretchLimit: {
     group: "warping",
@@ -87,7 +87,7 @@ export const warping = {
     paper: 2,
     label: "Stretch limit",
     description:
-      'Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Not on a cylinder or sphere without depth maps.',
+      'Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Of two images, not on a cylinder or sphere without depth maps.',
   },
   canvasLimit: {
     group: "warping",

@@ -176,15 +176,15 @@ export interface Options {
   holes: "nearest" | "drop";
   /**
    * β: a pixel is void where forward and reverse model disagree by more than this. Unless mode is
-   * "paper", less is enough where the colours differ unusually, and with depth from the images
-   * alone it is reduced by up to half. Unit: × target diagonal. Range: a number above 0. Default:
-   * 0.02 (0.01 with mode "paper").
+   * "paper", less is enough where the colours differ unusually. For two images alone with
+   * refinement it plays no part; with depth from the images otherwise it is reduced by up to half.
+   * Unit: × target diagonal. Range: a number above 0. Default: 0.02 (0.01 with mode "paper").
    */
   voidDistance: number;
   /**
-   * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Not on a
-   * cylinder or sphere without depth maps. Unit: × average cell. Range: a number above 0. Default:
-   * 5 (2 with mode "paper").
+   * Outside the reference, a warped cell longer than this is void; with mode "paper" 2. Of two
+   * images, not on a cylinder or sphere without depth maps. Unit: × average cell. Range: a number
+   * above 0. Default: 5 (2 with mode "paper").
    */
   stretchLimit: number;
   /**
@@ -250,7 +250,10 @@ export interface Size {
   readonly height: number;
 }
 
-/** Depth maps of the two images. A missing map is derived from the other one; if both are missing, depth is estimated from the images. */
+/**
+ * Depth maps of the two images. `stitch` and `align` derive a missing one, or estimate both, unless `withoutDepth` is
+ * `"homography"`; `estimate` then fits a homography; `warp` needs both for models with parallax.
+ */
 export interface Depths {
   readonly targetDepth?: DepthInput | null | undefined;
   readonly referenceDepth?: DepthInput | null | undefined;
@@ -320,11 +323,14 @@ export interface Models {
 
 /** What a result is warned of. The codes are stable; later versions may add others. */
 export type WarningCode =
-  /** There are no depth maps and `withoutDepth` is `"homography"`. */
+  /** At least one map is missing, and `withoutDepth` is `"homography"` or `estimate` was called: a homography was fitted. */
   | "no-depth"
   /** The depth maps do not explain how the images differ: at least one of them was ignored. */
   | "depth-inconsistent"
-  /** The depth maps have values at too few matches. A homography was fitted. */
+  /**
+   * The depth maps have values at too few matches, and were ignored. Depth comes from the images instead; with `withoutDepth`
+   * `"homography"`, and from `estimate`, a homography is fitted.
+   */
   | "depth-unusable"
   /** A homography explains the matches as well, and was taken. */
   | "parallax-unobservable"
@@ -442,9 +448,15 @@ export interface Alignment extends Geometry {
   targetDepth?: DepthOutput;
   /** Inverse depth of the reference; absent for a homography. */
   referenceDepth?: DepthOutput;
-  /** The option to pass to `warp`: smaller than the one given if depth comes from the images alone. */
+  /**
+   * The option to pass to `warp`: 1 where two smooth surfaces take the place of depth, as by default for two images alone; with
+   * other depth from the images, down to half of the one given.
+   */
   voidDistance: number;
-  /** Reference pixels whose refined depth is reliable (left–right check); null without refinement. */
+  /**
+   * Reference pixels whose refined depth is reliable (left–right check); null without refinement, with depth from the images alone,
+   * and for a homography.
+   */
   reliable: Mask | null;
 }
 
@@ -506,7 +518,7 @@ export type PhotoCode =
   | "used"
   /** It matches none of the others. */
   | "no-matches"
-  /** It matches others, but not the largest group of photos that match each other. */
+  /** It matches others, but not the group of the `reference`, or else the largest. */
   | "other-group"
   /** It matches others, but they do not determine its pose. */
   | "no-pose"
@@ -554,7 +566,10 @@ export interface PhotoPair {
   matches: number;
   /** Matches that agree on one geometry. */
   inliers: number;
-  /** Whether the two are taken to show the same scene. */
+  /**
+   * Whether the two are taken to show the same scene: what ties the cameras, also by what was matched once these were known;
+   * `matches` and `inliers` are those of the first comparison.
+   */
   linked: boolean;
 }
 

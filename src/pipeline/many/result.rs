@@ -39,7 +39,7 @@ pub enum PhotoCode {
     Used,
     /// It matches none of the others.
     NoMatches,
-    /// It matches others, but not the largest group of photos that match each other.
+    /// It matches others, but not the group of the `reference`, or else the largest.
     OtherGroup,
     /// It matches others, but they do not determine its pose.
     NoPose,
