@@ -212,7 +212,7 @@ impl Alignment<'_> {
     }
 
     /// The name of the stage that fitted the models.
-    fn stage(&self) -> Stage {
+    pub(super) fn stage(&self) -> Stage {
         if self.geometry.kind == ModelKind::TwoView { Stage::Depth } else { Stage::Estimate }
     }
 

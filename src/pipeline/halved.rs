@@ -1,4 +1,4 @@
-//! Large photos alone are aligned at half their size: only a smooth surface is made of the depth that is found, and time and memory of
+//! Large photos alone are aligned at half their size, or a quarter: only a smooth surface is made of the depth that is found, and time and memory of
 //! finding it grow with the pixels.
 
 use std::borrow::Cow;
@@ -16,10 +16,10 @@ use crate::report::Warning;
 use crate::upsampling::{WEIGHTS, neighbours};
 use crate::{Image, ImageView, InverseDepth, Result, View};
 
-/// Photos of more pixels are halved until they have no more: 12 MP are aligned at 3, 24 MP at 6.
+/// Photos that both have more pixels are halved until one has no more: 12 MP are aligned at 3, 24 MP at 6.
 const MOST: u64 = 7_000_000;
 
-/// Whether photos of these sizes are aligned at half of them. `alone`: without depth maps.
+/// Whether photos of these sizes are halved once more. `alone`: without depth maps.
 pub(super) fn is_halved(photos: [Size; 2], alone: bool, options: &Options) -> bool {
     let large = |(width, height): Size| width as u64 * height as u64 > MOST;
     alone && options.without_depth == WithoutDepth::TwoView && options.refine.is_some() && photos.into_iter().all(large)

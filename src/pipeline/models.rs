@@ -43,8 +43,9 @@ pub(super) fn fit_models<'a>(
     }
     for _ in 0..ATTEMPTS {
         seed = seed.wrapping_add(1);
-        // The map that is completed later is the rest of this stage.
-        let again = &mut Portion::of_stage(observer, Stage::Depth, SECOND_MAP, SECOND_MAP);
+        // The map that is completed later is the rest of the stage, if there is any.
+        let done = if first.missing.is_some() { SECOND_MAP } else { 1.0 };
+        let again = &mut Portion::of_stage(observer, first.stage(), done, done);
         if let Some(found) = if_possible(fit(matches, views, options, seed, again))?
             && found.share_behind(views[0].image) <= MOST_BEHIND
         {

@@ -52,6 +52,7 @@ export async function compareLeftOut(
   const left = own?.undistorted ?? photos[out ?? -1];
   const base = all.photos[all.reference]?.undistorted ?? photos[all.reference];
   if (out === undefined || !left || !own?.forward || !own.reverse || !base) return undefined;
+  // Some pairs were only found with the geometry of all: without it, the others may not hang together.
   const others = await stitchMany(
     photos.filter((_, photo) => photo !== out),
     {

@@ -79,12 +79,16 @@ impl Pairs<'_> {
         let (lenses, links, root) = (self.lenses, self.links, self.root);
         let poses = links.iter().map(|link| relative_pose(link, lenses, focal.of(link.photos)));
         let posed = Rotations::of(poses.collect(), lenses.len(), root);
-        let mut grown = self.grown(&focal, &posed);
+        let lacks_reference =
+            |grown: &Candidate| self.reference.is_some_and(|photo| grown.scene.cameras[photo].is_none());
+        let grown = self.grown(&focal, &posed);
+        let incomplete = grown.as_ref().is_some_and(lacks_reference);
+        let mut grown = grown.filter(|_| !incomplete);
         let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
         let (focal, turns) = closed.unwrap_or((focal, posed));
         let turned = self.turned(&focal, &turns.contradicting);
         // One photo after another, small errors add up, and a photo may find no place; but not every camera turned.
-        let doubtful = grown.as_ref().map_or(turned.is_wide(), |grown| grown.explained < COMPLETE);
+        let doubtful = grown.as_ref().map_or(incomplete || turned.is_wide(), |grown| grown.explained < COMPLETE);
         if doubtful {
             let around = self.around(&turned, focal.prior);
             grown = grown.filter(|grown| grown.cost <= around.cost).or(Some(around));
@@ -115,9 +119,6 @@ impl Pairs<'_> {
     fn grown(&self, focal: &Focal, rotations: &Rotations) -> Option<Candidate> {
         let tracks = tracks(self.lenses, &self.consistent(&rotations.contradicting));
         let scene = grow(self.lenses, focal, &tracks, &rotations.poses, &rotations.photos)?;
-        if self.reference.is_some_and(|photo| scene.cameras[photo].is_none()) {
-            return None;
-        }
         Some(self.candidate(scene, &tracks, &rotations.contradicting, FreeParameters::POSES, focal.prior))
     }
 

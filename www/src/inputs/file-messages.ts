@@ -1,13 +1,19 @@
 /** What the page says about files that it cannot use. */
 import { InputFileError } from "../input-file-error.js";
 import { slotNames, type Message, type State } from "../state.js";
-import { errorMessage } from "../text/errors.js";
+import { errorMessage, isConnectionError } from "../text/errors.js";
 import type { Files } from "./decode-slots.js";
 
 /** Why chosen files could not be loaded. */
 export function unusable(error: unknown, title: string): Message {
-  const advice = error instanceof InputFileError ? error.message : errorMessage(error).advice;
-  return { tone: "error", title, advice };
+  return { tone: "error", title, advice: adviceAfter(error) };
+}
+
+function adviceAfter(error: unknown): string {
+  if (error instanceof InputFileError) return error.message;
+  // A new start of the page would lose what was chosen.
+  if (isConnectionError(error)) return "Check the connection and try again.";
+  return errorMessage(error).advice;
 }
 
 /** What is wrong with files whose cards are not in view: those that are no photos. */

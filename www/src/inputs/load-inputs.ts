@@ -109,6 +109,7 @@ export class InputLoader {
 
   /** Loads the case that is part of the page, unless files are chosen before it has arrived. */
   async loadSample(folder: URL): Promise<void> {
+    const limit = this.#store.state.settings.photoLimit;
     const loads = slotNames.map((slot) => ({ slot, signal: this.#begin(slot) }));
     const fetching = new AbortController();
     for (const { signal } of loads) signal.addEventListener("abort", () => fetching.abort());
@@ -120,8 +121,11 @@ export class InputLoader {
     } catch (error) {
       const current = loads.filter(({ signal }) => !signal.aborted).map(({ slot }) => slot);
       this.#store.set({ loading: this.#loadingExcept(current) });
-      if (fetching.signal.aborted) return;
-      this.#store.set({ message: unusable(error, "The example could not be loaded.") });
+      if (!fetching.signal.aborted) {
+        this.#store.set({ message: unusable(error, "The example could not be loaded.") });
+      }
+      // What was to be replaced stays.
+      if (current.length > 0) await this.#followLimit(limit);
       return;
     }
     const before = this.#store.state;
@@ -182,13 +186,19 @@ export class InputLoader {
   }
 
   /** Decodes photos again that the size limit, when it has changed, gives another size; those that are being read follow. */
-  async reloadPhotos(): Promise<void> {
-    const { set, slots, loading, settings } = this.#store.state;
+  reloadPhotos(): Promise<void> {
+    return this.#reload(true);
+  }
+
+  /** `failed`: also those that could not be read at another size. */
+  async #reload(failed: boolean): Promise<void> {
+    const { set, slots, problems, loading, settings } = this.#store.state;
     if (set) return (await this.sets()).reload();
     const due = photoSlots.flatMap((slot) => {
       const loaded = slots[slot];
       if (!loaded || loading.has(slot)) return [];
-      return hasSize(loaded.content, settings.photoLimit) ? [] : [{ slot, ...loaded }];
+      const again = failed && problems[slot] !== undefined;
+      return hasSize(loaded.content, settings.photoLimit) && !again ? [] : [{ slot, ...loaded }];
     });
     const files = Object.fromEntries(due.map(({ slot, file }) => [slot, file]));
     if (due[0]) await this.#load(files, due[0].origin);
@@ -233,7 +243,7 @@ export class InputLoader {
   comeBack(before: State): void {
     this.#forget();
     this.#store.set(cameBack(before, this.#store.state));
-    void this.reloadPhotos();
+    void this.#reload(false);
   }
 
   clear(slots: readonly SlotName[]): void {

@@ -3,6 +3,7 @@ import { noSlots, photoSlots, type Slots, type State, type Store } from "../stat
 import { count } from "../text/numbers.js";
 import {
   coloursOfSet,
+  hasSize,
   isDue,
   isReading,
   limitOf,
@@ -32,7 +33,9 @@ export class SetLoader {
       ? photoSlots.flatMap((slot) => {
           const loaded = slots[slot];
           if (loaded?.origin !== "own") return [];
-          return [setPhoto(loaded.file, "own", loaded.content, photoLimit)];
+          // -1: it is to be read again.
+          const limit = hasSize(loaded.content, photoLimit) ? photoLimit : -1;
+          return [setPhoto(loaded.file, "own", loaded.content, limit)];
         })
       : [];
     const photos = [...kept, ...files.map((file) => setPhoto(file, "own"))];

@@ -27,8 +27,11 @@ export function bindExport(store: Store, version: string): void {
   const enable = (enabled: boolean) => {
     for (const id of buttons) setEnabled(byId(id, HTMLButtonElement), enabled);
   };
+  // Of what is said afterwards, only what belongs to the last click on the present result counts.
+  let latest = 0;
   store.subscribe(({ outcome }, before) => {
     if (outcome === before.outcome) return;
+    latest++;
     status.textContent = "";
     enable(outcome !== null);
   });
@@ -53,23 +56,26 @@ export function bindExport(store: Store, version: string): void {
     saveBlob(blob, `${name}.${type === "png" ? "png" : "jpg"}`);
     return `Saved ${name}, ${part.width} × ${part.height} pixels.`;
   };
-  /** `save` gives what is said afterwards. */
+  /** `save` gives what is said afterwards; it calls `ready` if others may be pressed before that. */
   const onSave = (
     id: (typeof buttons)[number],
-    save: (outcome: Outcome | ManyOutcome) => string | Promise<string>,
+    save: (outcome: Outcome | ManyOutcome, ready: () => void) => string | Promise<string>,
   ) => {
     onClick(byId(id, HTMLButtonElement), () => {
       const { outcome } = store.state;
       if (!outcome) return;
+      const own = ++latest;
+      const say = (words: string) => {
+        if (own !== latest) return;
+        status.textContent = words;
+        enable(true);
+      };
       status.textContent = "Preparing…";
       enable(false);
-      const saved = async () => save(outcome);
+      const saved = async () => save(outcome, () => say(""));
       void saved()
         .catch((error: unknown) => `That did not work: ${messageOf(error)}`)
-        .then((words) => {
-          status.textContent = words;
-          enable(store.state.outcome !== null);
-        });
+        .then(say);
     });
   };
   onSave("download-mosaic", async (outcome) => {
@@ -89,11 +95,13 @@ export function bindExport(store: Store, version: string): void {
     store.set({ saved: outcome });
     return `Copied, ${part.width} × ${part.height} pixels.`;
   });
-  onSave("share-mosaic", async (outcome) => {
+  onSave("share-mosaic", async (outcome, ready) => {
     const type = chosenFormat();
     // Without camera data: they may say where the photos were taken.
     const blob = await encoded(outcome, outcome.mosaic, savedPart(outcome, crop.value), type);
     const name = `${baseName(outcome)}-stitched.${type === "png" ? "png" : "jpg"}`;
+    // Some browsers never say that their list of targets was closed.
+    ready();
     try {
       await navigator.share({ files: [new File([blob], name, { type: blob.type })] });
       store.set({ saved: outcome });

@@ -103,13 +103,20 @@ export function errorMessage(error: unknown): Message {
     );
   }
   if (error instanceof DOMException && error.name === "AbortError") return cancelled;
-  if (error instanceof TypeError && /import|module script|fetch|load failed/i.test(error.message)) {
+  if (isConnectionError(error)) {
     return problem(
       "Part of this page could not be loaded.",
       "Check the connection and reload the page.",
     );
   }
   return problem("An unexpected error occurred.", messageOf(error));
+}
+
+/** Whether a file of the page could not be fetched. */
+export function isConnectionError(error: unknown): boolean {
+  return (
+    error instanceof TypeError && /import|module script|fetch|load failed/i.test(error.message)
+  );
 }
 
 function commonPoints(found: number): string {
