@@ -76,7 +76,7 @@ fn seeds(options: &EstimateOptions) -> impl Iterator<Item = EstimateOptions> + '
 #[test]
 fn free_model_reaches_the_floor_with_every_seed() {
     for (name, floor) in FLOORS {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         for options in seeds(&free()) {
             let found = fit(&case, &options);
             let errors = errors(&case, &found.forward);
@@ -104,7 +104,7 @@ const CALIBRATED: [(&str, [f64; 2], Option<f64>); 8] = [
 #[test]
 fn calibrated_models_hold_outside_the_frame_with_every_seed() {
     for (name, floor, focal) in CALIBRATED {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         for options in seeds(&EstimateOptions::default()) {
             let found = fit(&case, &options);
             let errors = errors(&case, &found.forward);
@@ -119,7 +119,7 @@ fn calibrated_models_hold_outside_the_frame_with_every_seed() {
 #[test]
 fn calibrated_models_are_no_worse_within_the_frame() {
     for name in FLOORS.map(|(name, _)| name).into_iter().chain(["icl-0002_0004", "kinect-0002_0003"]) {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         for calibration in [Calibration::Auto, Calibration::Always] {
             let of = |calibration| {
                 errors(&case, &fit(&case, &EstimateOptions { calibration, ..Default::default() }).forward)[0]
@@ -135,7 +135,7 @@ fn calibrated_models_are_no_worse_within_the_frame() {
 #[test]
 fn paper_threshold_reaches_the_floor() {
     for (name, floor) in FLOORS {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         let all: Vec<[f64; 2]> = seeds(&paper()).map(|options| errors(&case, &fit(&case, &options).forward)).collect();
         let worst = [0, 1].map(|i| all.iter().map(|e| e[i]).fold(0.0, f64::max));
         println!("{name}: {worst:.2?} px, the worst of ten seeds");
@@ -153,7 +153,7 @@ fn paper_threshold_finds_as_many_inliers() {
         ("icl-0000_0040", 147),
         ("tartanair-0050_0060", 144),
     ] {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         let found = inliers(&fit(&case, &paper()));
         println!("{name}: {found} inliers");
         assert!(found + 2 >= expected, "{name}: {found}");
@@ -191,7 +191,7 @@ fn hardly_any_texture_is_reported() {
 fn good_pairs_are_not() {
     let others = ["nis-PTS_17", "mono-middlebury2003-Cones", "mono-middlebury2005-Art", "mono-icl-0025_0090"];
     for name in others.into_iter().chain(FLOORS.map(|(name, _)| name)) {
-        let Some(case) = load(name) else { return };
+        let Some(case) = load(name) else { continue };
         for options in [EstimateOptions::default(), paper()] {
             assert_eq!(fit(&case, &options).warnings, [], "{name}");
         }

@@ -39,7 +39,7 @@ export function checkFloors(
   means: readonly Mean[],
   groups: ReadonlySet<Group>,
 ): Check {
-  const named = new Map<string, Values & { readonly total?: number }>([
+  const named = new Map<string, Values & { readonly total?: number; readonly stitched?: number }>([
     ...means.map((mean) => [mean.name, mean] as const),
     ...rows.map((row) => [row.case, row] as const),
   ]);
@@ -53,6 +53,9 @@ export function checkFloors(
     );
     if (measures.length === 0) continue;
     checked += 1;
+    if (row.stitched !== row.total) {
+      short.push(`${mode} ${name}: only ${row.stitched} of ${row.total} cases were stitched`);
+    }
     for (const measure of measures) {
       const wanted = floor[measure] ?? NaN;
       const value = valueOf(row, measure);

@@ -194,7 +194,13 @@ async function compile({ name, feature }, inputs) {
 async function finish({ name, folder, opt }, compiled) {
   const final = join(folder, `${name}_bg.wasm`);
   const outputs = [final, join(folder, `${name}.js`), join(folder, `${name}.d.ts`)];
-  const inputs = [readFileSync(compiled), bindgenVersion(), readFileSync(new URL(import.meta.url))];
+  const optimiser = readFileSync(join(root, "node_modules", "binaryen", "package.json"));
+  const inputs = [
+    readFileSync(compiled),
+    bindgenVersion(),
+    optimiser,
+    readFileSync(new URL(import.meta.url)),
+  ];
   await unlessFresh(`${name}.sha256`, inputs, outputs, async () => {
     run(bin("wasm-bindgen"), [compiled, "--out-dir", folder, "--out-name", name, ...flags]);
     const raw = join(root, "target", `${name}.unoptimised.wasm`);

@@ -227,6 +227,15 @@ test("floors: what falls short is named, tolerance included", async () => {
   assert.equal(short.short.length, 3);
   assert.equal(check([row("a", null, 1, 0)]).short.length, 1, "not measured is short");
   assert.equal(check([row("b-1", 1, 1, 0.4)]).checked, 0, "the mean of a part of a group");
+  const failed = {
+    ...UNMEASURED,
+    case: "b-2",
+    mode: "paper",
+    failed: "no-overlap",
+    ms: {},
+    warnings: [],
+  };
+  assert.equal(check([row("b-1", 1, 1, 0.9), failed]).short.length, 1, "the mean of those left");
   assert.deepEqual(checkFloors(floors, "default", [], [], new Set()), { checked: 0, short: [] });
 
   // What was not asked for is not compared; of what a person sees, less is better.
