@@ -192,6 +192,16 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// A homography for want of parallax, not of depth.
+    pub(crate) fn without_parallax(mut self) -> Self {
+        for warning in &mut self.warnings {
+            if *warning == Warning::NoDepth {
+                *warning = Warning::ParallaxUnobservable;
+            }
+        }
+        self
+    }
+
     /// Those of the `matches` it was fitted to that are inliers.
     pub(crate) fn inliers_of<'a>(&'a self, matches: &'a [Match]) -> impl Iterator<Item = &'a Match> {
         matches.iter().zip(&self.inliers).filter(|(_, inlier)| **inlier).map(|(m, _)| m)

@@ -55,7 +55,7 @@ impl Halved {
         Ok(photos.map(|photos| Self { photos, sizes }))
     }
 
-    /// The photos as they were are so many times as large.
+    /// How many times as wide and high the photos were.
     fn factor(&self) -> f64 {
         (1u32 << self.sizes.len()).into()
     }
@@ -85,7 +85,7 @@ impl Halved {
         features
     }
 
-    /// Options, with those in pixels in pixels of these.
+    /// Options, whose lengths are in pixels of these.
     pub fn options(&self, options: &Options) -> Options {
         let factor = self.factor();
         let threshold = match options.estimate.threshold {

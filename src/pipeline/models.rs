@@ -89,16 +89,8 @@ fn fit<'a>(
     let flat = |found: &Alignment<'_>| found.geometry.kind == ModelKind::Homography;
     match without {
         Some(found) if !flat(&found) || !first.as_ref().is_ok_and(flat) => Ok(ignoring(found)),
-        _ => first.map(|mut found| {
-            // One map may have been given, from which no other could be made.
-            let unobservable = |warning: &mut Warning| {
-                if *warning == Warning::NoDepth {
-                    *warning = Warning::ParallaxUnobservable;
-                }
-            };
-            found.geometry.warnings.iter_mut().for_each(unobservable);
-            found
-        }),
+        // One map may have been given, from which no other could be made.
+        _ => first.map(|found| Alignment { geometry: found.geometry.without_parallax(), ..found }),
     }
 }
 

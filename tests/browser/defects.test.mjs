@@ -284,19 +284,24 @@ test("starting over, the example and another photo in a card can be undone", asy
   await close();
 });
 
+/** The photos of the example do not arrive before `arrive` is called; `asked` is when the page asks for them. @param {Page} page */
+async function delayExample(page) {
+  /** @type {() => void} */
+  let arrive = () => {};
+  const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
+  await page.route("**/sample/*.jpg", async (route) => {
+    await arrived;
+    // The page may have given it up.
+    await route.continue().catch(() => {});
+  });
+  return { asked: page.waitForRequest("**/sample/target.jpg"), arrive };
+}
+
 test("photos that are chosen while the example is fetched are kept", async () => {
   const chosen = { two: smallPhotos, three: [...smallPhotos, exampleFile("target.jpg")] };
   for (const [many, files] of Object.entries(chosen)) {
     const { page, close } = await site.open();
-    /** @type {() => void} */
-    let arrive = () => {};
-    const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
-    await page.route("**/sample/*.jpg", async (route) => {
-      await arrived;
-      // The page may have given it up.
-      await route.continue().catch(() => {});
-    });
-    const asked = page.waitForRequest("**/sample/target.jpg");
+    const { asked, arrive } = await delayExample(page);
     await page.locator("#start-sample").click();
     await asked;
     await page.locator("#status", { hasText: "Loading the files" }).waitFor();
@@ -373,15 +378,7 @@ test("the example that is given up while it is read leaves three photos as they 
 
 test("photos that come back while the example is fetched stay", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
-  /** @type {() => void} */
-  let arrive = () => {};
-  const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
-  await page.route("**/sample/*.jpg", async (route) => {
-    await arrived;
-    // The page has given it up.
-    await route.continue().catch(() => {});
-  });
-  const asked = page.waitForRequest("**/sample/target.jpg");
+  const { asked, arrive } = await delayExample(page);
   await page.locator("#clear-inputs").click();
   await page.locator("#start-sample").click();
   const givenUp = page.waitForEvent("requestfailed");

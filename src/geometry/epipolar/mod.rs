@@ -21,7 +21,6 @@ use super::summary::{FEW, summarise};
 use super::usable::{Usable, scatter_area, usable_matches};
 use super::{Estimate, EstimateOptions, Frame, Match, Model, ModelKind, Threshold, estimate};
 use crate::observer::Observer;
-use crate::report::Warning;
 use crate::sampler::Sampler;
 use crate::statistics::meaningful_consensus;
 use crate::{Error, Result};
@@ -69,13 +68,7 @@ pub(crate) fn two_view_geometry(
     let plane = homography.as_ref().ok().map(|homography| &homography.forward);
     let scene = PlaneParallax::find(&usable, plane, options);
     let Some(mut scene) = scene else {
-        let mut estimate = homography?;
-        for warning in &mut estimate.warnings {
-            if *warning == Warning::NoDepth {
-                *warning = Warning::ParallaxUnobservable;
-            }
-        }
-        return Ok(TwoViewGeometry { estimate, samples: None });
+        return Ok(TwoViewGeometry { estimate: homography?.without_parallax(), samples: None });
     };
     scene.orient(&usable, sizes);
     let samples = [0, 1].map(|side| scene.samples(&usable, side));

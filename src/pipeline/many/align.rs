@@ -40,8 +40,8 @@ pub struct ManyAlignment {
 /// Finds the place of each photo, and its inverse depth.
 ///
 /// # Errors
-/// `invalid-argument` for options of any stage out of range, fewer than two or more than thirty photos, a photo that is all masked, a reference that is none of them, a distortion
-/// beyond −1 to 1, a focal length that is no positive number, cameras of some photos only or without focal length, a matrix that is no rotation or a
+/// `invalid-argument` for options of any stage out of range, fewer than two or more than thirty photos, a photo that is all masked, a reference
+/// that is none of them, a distortion beyond −1 to 1, a focal length that is no positive number, cameras of some photos only or without focal length, a matrix that is no rotation or a
 /// translation that is not finite; `size-mismatch` for depth of another size than its photo's; `too-large` when the predicted peak exceeds
 /// [`WarpOptions::max_bytes`](crate::warp::WarpOptions::max_bytes), before anything is allocated; `no-consensus` when no two
 /// photos match, or the reference matches none; those of [`detect`](crate::features::detect),
