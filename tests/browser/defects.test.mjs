@@ -284,40 +284,6 @@ test("starting over, the example and another photo in a card can be undone", asy
   await close();
 });
 
-/** The photos of the example do not arrive before `arrive` is called; `asked` is when the page asks for them. @param {Page} page */
-async function delayExample(page) {
-  /** @type {() => void} */
-  let arrive = () => {};
-  const arrived = new Promise((resolve) => (arrive = () => resolve(undefined)));
-  await page.route("**/sample/*.jpg", async (route) => {
-    await arrived;
-    // The page may have given it up.
-    await route.continue().catch(() => {});
-  });
-  return { asked: page.waitForRequest("**/sample/target.jpg"), arrive };
-}
-
-test("photos that are chosen while the example is fetched are kept", async () => {
-  const chosen = { two: smallPhotos, three: [...smallPhotos, exampleFile("target.jpg")] };
-  for (const [many, files] of Object.entries(chosen)) {
-    const { page, close } = await site.open();
-    const { asked, arrive } = await delayExample(page);
-    await page.locator("#start-sample").click();
-    await asked;
-    await page.locator("#status", { hasText: "Loading the files" }).waitFor();
-    await page.setInputFiles("#many-files", files);
-    await finished(page);
-    const source = await page.locator("#result-source").textContent();
-    arrive();
-    await page.waitForTimeout(300);
-    await idle(page);
-    assert.equal(await page.locator("#result-source").textContent(), source, many);
-    assert.doesNotMatch(source ?? "", /example/);
-    assert.equal(await page.locator("#message").textContent(), "");
-    await close();
-  }
-});
-
 test("what takes no photo's place offers no way back, and settings chosen since are kept", async () => {
   const { page, close } = await site.open({ files: smallPhotos });
   await drop(page, ".masthead", [smallFile("matches.csv")]);
@@ -349,45 +315,5 @@ test("a long photo that is reduced to a strip is said to be, and where to change
     .waitFor();
   await page.setInputFiles("#add-files", smallPhotos);
   await page.locator(".tile .note", { hasText: /Used at 2048.×.205 only/ }).waitFor();
-  await close();
-});
-
-test("the example that is given up while it is read leaves three photos as they were", async () => {
-  const files = [...smallPhotos, exampleFile("target.jpg")];
-  const { page, complaints, close } = await site.open({ files });
-  const first = await savedPicture(page);
-  await page.evaluate(() => {
-    const cancel = document.querySelector("#cancel");
-    const card = document.querySelector('[data-slot="target"]');
-    let busy = 0;
-    // Once while the files are fetched, and once more while they are read.
-    const observer = new MutationObserver((changes) => {
-      busy += changes.length;
-      if (busy > 1 && cancel instanceof HTMLElement) cancel.click();
-    });
-    if (card) observer.observe(card, { attributeFilter: ["aria-busy"] });
-  });
-  await page.locator("#load-sample").click();
-  await page.locator("#status", { hasText: "Cancelled" }).waitFor();
-  await idle(page);
-  assert.equal(await page.getAttribute("body", "data-photos"), "many");
-  assertSame(await savedPicture(page), first);
-  assert.deepEqual(await complaints(), []);
-  await close();
-});
-
-test("photos that come back while the example is fetched stay", async () => {
-  const { page, close } = await site.open({ files: smallPhotos });
-  const { asked, arrive } = await delayExample(page);
-  await page.locator("#clear-inputs").click();
-  await page.locator("#start-sample").click();
-  const givenUp = page.waitForEvent("requestfailed");
-  await asked;
-  await page.getByRole("button", { name: "Undo" }).click();
-  await givenUp;
-  arrive();
-  await finished(page);
-  assert.equal(await page.getAttribute("body", "data-loading"), "false");
-  assert.equal(await page.locator("#result-source").textContent(), "target.jpg onto reference.jpg");
   await close();
 });

@@ -212,7 +212,7 @@ export class InputLoader {
   /** What loads three photos or more. */
   sets(): Promise<SetLoader> {
     this.#sets ??= import("../many/set-loader.js").then(
-      ({ SetLoader }) => new SetLoader(this.#store),
+      ({ SetLoader }) => new SetLoader(this.#store, () => this.#forget()),
     );
     return this.#sets;
   }

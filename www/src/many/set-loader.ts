@@ -18,11 +18,14 @@ import { messageOf } from "../message-of.js";
 export class SetLoader {
   readonly #store: Store;
   readonly #reading = new Set<number>();
+  /** Gives up what is being loaded besides. */
+  readonly #giveUpOthers: () => void;
   /** Whether photos are being read, one after another. */
   #reads = false;
 
-  constructor(store: Store) {
+  constructor(store: Store, giveUpOthers: () => void) {
     this.#store = store;
+    this.#giveUpOthers = giveUpOthers;
   }
 
   /** Starts a set of these files, with the photos of the two slots first if `keep`. */
@@ -68,6 +71,7 @@ export class SetLoader {
     const photos = set.photos.filter((photo) => photo !== removed);
     const reference = set.reference === id ? null : set.reference;
     const back = () => {
+      this.#giveUpOthers();
       const earlier = { slots, problems, outcome, status };
       this.#store.set({ ...earlier, set: this.#limited(set), message: null, undo: null });
       void this.read();
@@ -90,6 +94,7 @@ export class SetLoader {
     const left = (set?.photos.length ?? 0) - photos.length;
     if (!set || left === 0) return;
     const back = () => {
+      this.#giveUpOthers();
       this.#store.set({ set: this.#limited(set), slots: noSlots, undo: null });
       void this.read();
     };
