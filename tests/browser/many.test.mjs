@@ -17,6 +17,7 @@ import {
   idle,
   openPanel,
   openView,
+  recorded,
   saved,
   savedPicture,
   scratchFolder,
@@ -349,17 +350,10 @@ test("photos without common points are said to have none", async () => {
 
 test("progress names the photo; cancelling keeps the result", async () => {
   const { page, close } = await site.open();
-  await page.evaluate(() => {
-    /** @type {string[]} */
-    const heard = [];
-    Object.assign(globalThis, { heard });
-    const fraction = document.querySelector("#fraction");
-    const listen = () => void heard.push(fraction?.textContent ?? "");
-    if (fraction) new MutationObserver(listen).observe(fraction, { childList: true });
-  });
+  const said = await recorded(page, "#fraction");
   await page.setInputFiles("#many-files", three);
   await finished(page);
-  const heard = /** @type {string[]} */ (await page.evaluate("heard")).join();
+  const heard = (await said()).join();
   for (const words of ["photo 1 of 3", "photo 3 of 3", "pair 1 of 3", "pair 3 of 3"]) {
     assert.ok(heard.includes(words), words);
   }

@@ -145,6 +145,23 @@ export function statusSays(page, words) {
 }
 
 /**
+ * Records what an element says from now on. Returns what gives it.
+ *
+ * @param {Page} page @param {string} selector
+ */
+export async function recorded(page, selector) {
+  const words = await page.evaluateHandle((selector) => {
+    const words = /** @type {string[]} */ ([]);
+    const element = document.querySelector(selector);
+    if (!element) throw new Error(`the page has no ${selector}`);
+    const listen = () => void words.push(element.textContent ?? "");
+    new MutationObserver(listen).observe(element, { childList: true });
+    return words;
+  }, selector);
+  return () => words.jsonValue();
+}
+
+/**
  * In the page: has Cancel pressed, or a key, as soon as the status begins with this word, and says so.
  *
  * @param {string | { word: string, key: string }} when

@@ -7,6 +7,7 @@ import {
   exampleFile,
   finished,
   idle,
+  recorded,
   savedPicture,
   smallPhotos,
   startSite,
@@ -74,20 +75,11 @@ test("cancels while photos are loaded, which leaves those that were there", asyn
 
 test("reports every stage in order", async () => {
   const { page, close } = await site.open();
-  await page.evaluate(() => {
-    /** @type {string[]} */
-    const heard = [];
-    Object.assign(globalThis, { heard });
-    const status = document.querySelector("#status");
-    const note = () => void heard.push(status?.textContent ?? "");
-    if (status) new MutationObserver(note).observe(status, { childList: true });
-  });
+  const said = await recorded(page, "#status");
   await page.setInputFiles("#many-files", smallPhotos);
   await finished(page);
-  /** @type {string[]} */
-  const heard = await page.evaluate("heard");
   // Depth is extrapolated after its refinement, so its stage appears twice.
-  const once = new Set(heard.filter(Boolean).map((words) => words.split(" ")[0]));
+  const once = new Set((await said()).filter(Boolean).map((words) => words.split(" ")[0]));
   assert.deepEqual([...once], ["Loading", ...stages, ...later, "Done"]);
   await close();
 });

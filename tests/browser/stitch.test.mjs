@@ -11,6 +11,8 @@ import {
   exampleFile,
   finished,
   openPanel,
+  openView,
+  recorded,
   saved,
   savedPicture,
   smallCase,
@@ -128,6 +130,19 @@ test("what was computed once is not computed again", async () => {
   await stitchAgain(page);
   assert.match((await page.locator("#status").textContent()) ?? "", /reused the earlier result/);
   assertSame(await savedPicture(page), first);
+  await close();
+});
+
+test("a comparison that was computed is shown again without a word", async () => {
+  const { page, close } = await site.open({ files: smallPhotos });
+  const compared = page.locator("#view-caption", { hasText: "the other method" });
+  await page.locator("#tab-compare").click();
+  await compared.waitFor();
+  await openView(page, "mosaic");
+  const said = await recorded(page, "#status");
+  await page.locator("#tab-compare").click();
+  await compared.waitFor();
+  assert.deepEqual(await said(), []);
   await close();
 });
 

@@ -1,10 +1,10 @@
-import { blend } from "depthstitch";
+import { blend, type CallOptions } from "depthstitch";
 import { byId, make } from "../dom.js";
 import { graphView } from "../many/graph-view.js";
 import { manyMosaicView, manySeamView } from "../many/views.js";
 import { jobFor } from "../run/methods.js";
 import { taken } from "../image-worker/client.js";
-import { resultOf, warpedOf } from "../run/results.js";
+import { isCached, resultOf, warpedOf } from "../run/results.js";
 import type { Runner } from "../run/run.js";
 import type { ManyOutcome, Outcome, Store } from "../state.js";
 import { shownReference } from "./bitmaps.js";
@@ -207,8 +207,12 @@ function viewContext(
   return {
     redraw: () => viewer.redraw(),
     offerDepth,
-    resultBy: (method, outcome) =>
-      runner.computed((call) => resultOf(jobFor(method, outcome), call, runner.computeLater)),
+    resultBy(method, outcome) {
+      const job = jobFor(method, outcome);
+      const result = (call: CallOptions) => resultOf(job, call, runner.computeLater);
+      // The status would speak of work that is done.
+      return isCached(job) ? result({}) : runner.computed(result);
+    },
     async averaged(outcome) {
       const { result, job } = outcome;
       const plain = { ...job.options, seam: "none", blending: "average" } as const;
