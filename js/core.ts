@@ -1,3 +1,4 @@
+import { callback } from "./callback.js";
 import type { Call, Result, SharedCall } from "./calls.js";
 import { instance } from "./instance.js";
 import type { Progress, Stage } from "./types.js";
@@ -44,15 +45,11 @@ export async function run(
   onProgress: (progress: Progress) => void,
   others?: Others,
 ): Promise<Result> {
-  let thrown: { error: unknown } | undefined;
+  const told = callback(onProgress);
   const report: Report = (stage, fraction, subject) => {
     const { photo, pair } = typeof subject === "number" ? { photo: subject } : { pair: subject };
-    try {
-      onProgress({ stage, fraction, ...(photo !== undefined && { photo }), ...(pair && { pair }) });
-    } catch (error) {
-      thrown = { error };
-    }
-    return thrown === undefined;
+    const about = { ...(photo !== undefined && { photo }), ...(pair && { pair }) };
+    return told.call({ stage, fraction, ...about });
   };
   try {
     if (isShared(call)) return await share(call, name, report, others);
@@ -62,7 +59,8 @@ export async function run(
       return many.call((raw) => raw.matchStereo(...call.args, report));
     return onModule(name, (raw) => invoke(raw, call, report));
   } catch (error) {
-    throw thrown ? thrown.error : error;
+    told.rethrow();
+    throw error;
   }
 }
 

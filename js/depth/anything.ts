@@ -1,3 +1,4 @@
+import { callback } from "../callback.js";
 import { unexpected } from "../describe.js";
 import { invalid } from "../errors.js";
 import type { ImageInput } from "../types.js";
@@ -6,7 +7,7 @@ import * as check from "../models/check.js";
 import { modelError } from "../models/errors.js";
 import { loaded } from "../models/loaded.js";
 import { configure, exclusively } from "../models/runtime.js";
-import type { ModelCallOptions } from "../models/types.js";
+import type { ModelCallOptions, ModelProgress } from "../models/types.js";
 import { estimator } from "./estimator.js";
 import {
   type Environment,
@@ -42,19 +43,15 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
   const { wasm } = library.env.backends.onnx;
   if (wasm) configure(wasm, runtime);
   const common = { revision, ...(given.cacheDir && { cache_dir: given.cacheDir }) };
-  // The library calls it in the middle of its work, and fails if it throws.
-  let thrown: { error: unknown } | undefined;
+  const told = callback((progress: ModelProgress) => onProgress?.(progress));
+  // The library fails if it throws.
   const report = fileReporter((progress) => {
-    try {
-      onProgress?.(progress);
-    } catch (error) {
-      thrown = { error };
-      throw error;
-    }
+    told.call(progress);
+    told.rethrow();
   });
   const load = async ({ device, dtype }: Choice) => {
     throwIfAborted(signal);
-    if (thrown) throw thrown.error;
+    told.rethrow();
     const processor = await library.AutoImageProcessor.from_pretrained(id, common);
     const chosen = { ...common, device, dtype, progress_callback: report };
     const network = await library.AutoModelForDepthEstimation.from_pretrained(id, chosen);
@@ -72,7 +69,7 @@ export async function loadDepthModel(options: DepthModelOptions = {}): Promise<D
     { onProgress, signal },
     ({ network }) => network.dispose(),
     (cause) => {
-      if (thrown) throw thrown.error;
+      told.rethrow();
       return modelError(`the depth model ${id} could not be loaded`, cause);
     },
   );
