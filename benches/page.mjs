@@ -38,7 +38,7 @@ const found = {};
 try {
   for (const [width = 0, height = 0] of sizes) {
     const folder = join("target", "bench-sample", `${width}x${height}`);
-    renderSample(folder, width, height);
+    await renderSample(folder, width, height);
     const files = ["target.jpg", "reference.jpg"].map((name) => join(root, folder, name));
     const name = `${((width * height) / 1e6).toFixed(1)} MP`;
     console.log(`\n${name} (${width}×${height}), two photos alone`);

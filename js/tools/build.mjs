@@ -1,5 +1,4 @@
 // Builds dist/: the wasm modules, then TypeScript. Steps with unchanged inputs are skipped.
-import { createHash } from "node:crypto";
 import {
   cpSync,
   existsSync,
@@ -12,6 +11,7 @@ import {
 import { homedir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { filesBelow, unlessFresh } from "./fresh.mjs";
 import {
   bin,
   cargoEnv,
@@ -138,37 +138,12 @@ const toolEnv = {
   CARGO_PROFILE_RELEASE_CODEGEN_UNITS: "16",
 };
 
-/**
- * Calls `make` unless `outputs` exist and were made from the same inputs.
- *
- * @param {string} name
- * @param {(string | Buffer)[]} inputs
- * @param {string[]} outputs
- * @param {() => Promise<void>} make
- */
-async function unlessFresh(name, inputs, outputs, make) {
-  const hash = createHash("sha256");
-  for (const input of inputs) hash.update(input).update("\0");
-  const digest = hash.digest("hex");
-  const stamp = join(root, "target", "stamps", name);
-  if (outputs.every((file) => existsSync(file)) && existsSync(stamp)) {
-    if (readFileSync(stamp, "utf8") === digest) return;
-  }
-  rmSync(stamp, { force: true });
-  await make();
-  mkdirSync(join(stamp, ".."), { recursive: true });
-  writeFileSync(stamp, digest);
-}
-
 /** What cargo compiles. */
 function rustInputs() {
-  const sources = readdirSync(join(root, "src"), { recursive: true, withFileTypes: true })
-    .filter((entry) => entry.isFile())
-    .map((entry) => join(entry.parentPath, entry.name));
   const settings = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"].map((file) =>
     join(root, file),
   );
-  const files = [...sources.sort(), ...settings, fileURLToPath(import.meta.url)];
+  const files = [...filesBelow(join(root, "src")), ...settings, fileURLToPath(import.meta.url)];
   const compiler = [output("rustc", ["--version"]), JSON.stringify(wasmEnv)];
   return [...compiler, ...files.flatMap((file) => [file, readFileSync(file)])];
 }

@@ -20,7 +20,7 @@ const out = join(root, "www", "pictures");
 
 export async function makePictures() {
   await build();
-  renderSample();
+  await renderSample();
   mkdirSync(work, { recursive: true });
   mkdirSync(out, { recursive: true });
 

@@ -10,7 +10,7 @@ import { isMain, npmBin, root, run } from "./shared.mjs";
 export async function buildSite() {
   const site = join(root, "target", "site");
   await build();
-  renderSample();
+  await renderSample();
   rmSync(site, { recursive: true, force: true });
   run(process.execPath, [npmBin("vite", "vite"), "build", "www", "--outDir", site]);
   cpSync(await writeReference(), join(site, "api"), { recursive: true });

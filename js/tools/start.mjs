@@ -7,7 +7,7 @@ import { installPackages, root } from "./shared.mjs";
 
 installPackages();
 await build();
-renderSample();
+await renderSample();
 
 const { createServer } = await import("vite");
 const server = await createServer({ configFile: join(root, "www", "vite.config.ts") });

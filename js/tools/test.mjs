@@ -43,12 +43,12 @@ function nodeTest(folder, concurrency = 1) {
 
 /** A small sample for tests that stitch it many times. */
 function smallSample() {
-  renderSample(join("target", "sample-small"), 240, 160);
+  return renderSample(join("target", "sample-small"), 240, 160);
 }
 
 /** Four photos with true cameras and exact depth, for the evaluation of sets. */
 function smallSet() {
-  renderSample(join("target", "sample-set"), 320, 240, 4);
+  return renderSample(join("target", "sample-set"), 320, 240, 4);
 }
 
 const chosen = process.argv.slice(2);

@@ -47,8 +47,8 @@ export const smallCase = [
 
 /** Builds and serves the page and starts a browser. */
 export async function startSite() {
-  renderSample();
-  renderSample(join("target", "sample-small"), 240, 160);
+  await renderSample();
+  await renderSample(join("target", "sample-small"), 240, 160);
   const outDir = mkdtempSync(join(tmpdir(), "depthstitch-www-"));
   const config = /** @type {const} */ ({
     root: www,
