@@ -9,7 +9,7 @@ import {
   writeFileSync,
 } from "node:fs";
 import { homedir } from "node:os";
-import { join } from "node:path";
+import { basename, dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { filesBelow, unlessFresh } from "./fresh.mjs";
 import {
@@ -245,6 +245,21 @@ function buildTypeScript() {
   // The compiler copies no declarations.
   cpSync(join(root, "js", "wasm-file.d.ts"), join(dist, "wasm-file.d.ts"));
   run(process.execPath, [npmBin("typescript-7", "tsc"), "-p", root]);
+  // They would be packed.
+  for (const file of withoutSource(dist, join(root, "js"))) rmSync(file);
+}
+
+/**
+ * What the compiler has made of files that are no longer there.
+ *
+ * @param {string} outputs @param {string} sources
+ */
+export function withoutSource(outputs, sources) {
+  return filesBelow(outputs).filter((file) => {
+    if (basename(dirname(file)) === "wasm") return false;
+    const source = join(sources, relative(outputs, file));
+    return ![source, source.replace(/(\.d)?\.[jt]s$/, ".ts")].some((path) => existsSync(path));
+  });
 }
 
 /** Types for TypeScript before 5.7, whose typed arrays have no type parameter. */

@@ -1,8 +1,11 @@
-// No module imports itself through others.
+// No module imports itself through others, and none outlasts its source.
 import assert from "node:assert/strict";
+import { mkdtemp, mkdir, rm, writeFile } from "node:fs/promises";
 import { readdirSync, readFileSync, statSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { dirname, join, relative } from "node:path";
 import { test } from "node:test";
+import { withoutSource } from "../../js/tools/build.mjs";
 import { root } from "../../js/tools/shared.mjs";
 
 /** All TypeScript modules below a folder. @param {string} folder @returns {string[]} */
@@ -39,3 +42,27 @@ for (const folder of ["js", join("www", "src")]) {
     for (const path of graph.keys()) visit(path, []);
   });
 }
+
+test("what was compiled from a file that is gone is found", async (t) => {
+  const folder = await mkdtemp(join(tmpdir(), "depthstitch-build-"));
+  t.after(() => rm(folder, { recursive: true }));
+  const [sources, outputs] = [join(folder, "js"), join(folder, "dist")];
+  const files = {
+    [sources]: ["a.ts", "part/b.ts", "given.d.ts"],
+    [outputs]: ["a.js", "a.d.ts", "part/b.js", "given.d.ts", "wasm/glue.js"],
+  };
+  const stale = ["gone.js", "part/gone.d.ts", "types-5.6/a.d.ts"];
+  for (const [place, names] of [
+    ...Object.entries(files),
+    /** @type {const} */ ([outputs, stale]),
+  ]) {
+    for (const name of names) {
+      await mkdir(dirname(join(place, name)), { recursive: true });
+      await writeFile(join(place, name), "");
+    }
+  }
+  assert.deepEqual(
+    withoutSource(outputs, sources).sort(),
+    stale.map((name) => join(outputs, name)),
+  );
+});
