@@ -64,8 +64,8 @@ export async function evaluate(
     }
     if (task.groups.has("hidden")) {
       const hidden = await hiddenPart(folder, input, mode, task);
-      if (typeof hidden === "string") warnings.push(`hidden:${hidden}`);
-      else values = { ...values, ...hidden };
+      if (hidden.lacks !== undefined) warnings.push(`hidden:${hidden.lacks}`);
+      values = { ...values, ...hidden.values };
     }
     const row = { case: caseName, mode: modeName, ...values, ms: result?.times ?? {}, warnings };
     return { row, input, result };
@@ -128,23 +128,25 @@ async function measured(
   };
 }
 
-/** The measures of the hidden part, or why there are none. */
+/** The measures of the hidden part, and why there are not all of them. */
 async function hiddenPart(
   folder: string,
   input: Case,
   mode: Mode,
   task: Task,
-): Promise<Partial<Values> | string> {
+): Promise<{ values: Partial<Values>; lacks?: string }> {
   try {
     const cutting = cuts.get(folder) ?? cutReference(input);
     cuts.set(folder, cutting);
     const cut = await cutting;
-    if (!cut) return "no-overlap";
+    if (!cut) return { values: {}, lacks: "no-overlap" };
     const found = await compareHidden(input, cut, mode, task);
-    if (!found) return "not-shown";
+    if (!found) return { values: { hidden_shown: 0 }, lacks: "not-shown" };
     const { psnr, ssim, shown, shift } = found;
-    return { hidden_psnr: psnr, hidden_ssim: ssim, hidden_shown: shown, hidden_shift: shift };
+    return {
+      values: { hidden_psnr: psnr, hidden_ssim: ssim, hidden_shown: shown, hidden_shift: shift },
+    };
   } catch (error) {
-    return known(error).code;
+    return { values: { hidden_shown: 0 }, lacks: known(error).code };
   }
 }

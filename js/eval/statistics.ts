@@ -13,9 +13,9 @@ export function median(values: ArrayLike<number>): number {
   return percentile(values, 50);
 }
 
-/** The mean of those values that are finite, or undefined when none is. */
+/** The mean of those values that there are, or undefined of none. */
 export function mean(values: readonly (number | null | undefined)[]): number | undefined {
-  const finite = values.filter((value): value is number => Number.isFinite(value));
-  if (finite.length === 0) return undefined;
-  return finite.reduce((sum, value) => sum + value, 0) / finite.length;
+  const known = values.filter((value): value is number => !Number.isNaN(value ?? NaN));
+  if (known.length === 0) return undefined;
+  return known.reduce((sum, value) => sum + value, 0) / known.length;
 }

@@ -7,6 +7,8 @@ export interface Mean extends Values {
   readonly name: string;
   readonly stitched: number;
   readonly total: number;
+  /** Of how many rows the mean of a measure is, if not of all that were stitched. */
+  readonly fewer: Readonly<Partial<Record<MeasureName, number>>>;
   readonly milliseconds: number | null;
 }
 
@@ -41,11 +43,16 @@ function meanOf(name: string, rows: readonly Row[]): Mean {
     return parts.some((part) => part === undefined) ? null : (parts as number[]);
   };
   const values = Object.fromEntries(MEASURE_NAMES.map((measure) => [measure, of(measure)]));
+  const stitched = rows.filter(({ failed }) => failed === undefined).length;
+  const counts = MEASURE_NAMES.map((measure) => {
+    return [measure, rows.filter((row) => row[measure] !== null).length] as const;
+  });
   return {
     ...(values as unknown as Values),
     name,
-    stitched: rows.filter(({ failed }) => failed === undefined).length,
+    stitched,
     total: rows.length,
+    fewer: Object.fromEntries(counts.filter(([, count]) => count > 0 && count < stitched)),
     milliseconds: mean(rows.map(milliseconds)) ?? null,
   };
 }

@@ -38,12 +38,14 @@ export function tableLines(
       const note = row.failed === undefined ? row.warnings.join(" ") : `FAILED ${row.failed}`;
       return line(row.case, cells(row, milliseconds(row), 0), note);
     },
-    mean: (mean) =>
-      line(
-        mean.name,
-        cells(mean, mean.milliseconds, 1),
-        `${mean.stitched} of ${mean.total} stitched`,
-      ),
+    mean: (mean) => {
+      const fewer = shown.flatMap((name) => {
+        const count = mean.fewer[name];
+        return count === undefined ? [] : [`; ${MEASURES[name].headings[0]} of ${count}`];
+      });
+      const note = `${mean.stitched} of ${mean.total} stitched${fewer.join("")}`;
+      return line(mean.name, cells(mean, mean.milliseconds, 1), note);
+    },
   };
 }
 

@@ -73,6 +73,12 @@ test("--hidden: true depth shows what was hidden, a homography displaces it", as
   assert.match(stdout, /^case .* hid_psnr .* hid med .* ms$/m);
 });
 
+test("--hidden: a stitch that fails shows nothing of the hidden part", async () => {
+  const { rows: found } = await rows("--hidden", "--mode", "default", "--set", "maxTrials=-1");
+  assert.deepEqual([found[0]?.hidden_shown, found[0]?.hidden_psnr], [0, null]);
+  assert.deepEqual(found[0]?.warnings, ["hidden:invalid-argument"]);
+});
+
 test("the outer part of the overlap is hidden, on the side where the mosaic reaches out", () => {
   const reference = { width: 100, height: 50 };
   /** @param {{ x: number, y: number }} offset @param {[number, number]} size @param {(x: number, y: number) => boolean} shown in the reference's frame */

@@ -89,7 +89,8 @@ test("one row per case and mode, failures included, and means of what worked", a
   assert.ok(warped.width > 0);
 
   assert.match(result.stdout, /^made-few .* FAILED too-few-matches$/m);
-  assert.match(result.stdout, /^mean .* 2 of 4 stitched$/m);
+  // Where there is a true map.
+  assert.match(result.stdout, /^mean .* 2 of 4 stitched; in med of 1; out med of 1$/m);
   assert.match(result.stdout, /^made-\* .* 1 of 2 stitched$/m);
 });
 
@@ -185,6 +186,7 @@ test("percentiles are NumPy's", () => {
   assert.equal(median([Infinity, Infinity]), Infinity);
   assert.ok(Number.isNaN(median([])));
   assert.equal(mean([1, null, 3, undefined, NaN]), 2);
+  assert.equal(mean([1, Infinity]), Infinity);
   assert.equal(mean([null]), undefined);
 });
 

@@ -39,11 +39,14 @@ export function dispensable({ photos, pairs, reference }: StitchManyResult): num
   return candidates.sort((a, b) => matches(b) - matches(a))[0];
 }
 
-/** Undefined where no photo can be left out, or hardly anything is shown in its place. */
+/** What a comparison says where hardly anything is shown: nothing else. */
+type Shown = Partial<Comparison> & Pick<Comparison, "share">;
+
+/** Undefined where no photo can be left out. */
 export async function compareLeftOut(
   photos: readonly ImageOutput[],
   settings: Partial<Options>,
-): Promise<Comparison | undefined> {
+): Promise<Shown | undefined> {
   // On the plane both pictures are in the reference's own pixels.
   const options = onPlane(settings);
   const all = await stitchMany(photos, { ...options, outputDepth: true, fill: "none" });
@@ -80,7 +83,7 @@ export async function compareLeftOut(
 function compareShown(
   { warped, offset }: { readonly warped: ImageOutput; readonly offset: Offset },
   { mosaic, offset: there }: { readonly mosaic: ImageOutput; readonly offset: Offset },
-): Comparison | undefined {
+): Shown {
   let [left, top, right, bottom] = [warped.width, warped.height, 0, 0];
   for (let i = 0; i < warped.width * warped.height; i++) {
     if (warped.data[4 * i + 3] === 0) continue;
@@ -88,7 +91,7 @@ function compareShown(
     [left, right] = [Math.min(left, x), Math.max(right, x + 1)];
     [top, bottom] = [Math.min(top, y), Math.max(bottom, y + 1)];
   }
-  if (right <= left) return undefined;
+  if (right <= left) return { share: 0 };
   const size = { width: right - left, height: bottom - top };
   const picture = { data: new Uint8ClampedArray(4 * size.width * size.height), ...size };
   const truth = { data: picture.data.slice(), ...size };
@@ -106,7 +109,8 @@ function compareShown(
     }
   }
   const found = compare(picture, truth);
-  return found && { ...found, share: (found.share * size.width * size.height) / drawn };
+  if (!found) return { share: 0 };
+  return { ...found, share: (found.share * size.width * size.height) / drawn };
 }
 
 interface Offset {
