@@ -6,7 +6,7 @@ import { before, test } from "node:test";
 import { stitchMany } from "depthstitch";
 import { decodeImage } from "depthstitch/codecs";
 import { rejection } from "./sample.mjs";
-import { started } from "./threads.mjs";
+import { assertRejectsAtDeath, started } from "./threads.mjs";
 
 /** @typedef {import("depthstitch").Progress} Progress */
 
@@ -61,7 +61,11 @@ test("progress of a stage grows, and names every photo and pair", async () => {
   assert.ok(named("depth").has("0,1"));
 });
 
-for (const during of /** @type {const} */ (["detect", "match", "depth"])) {
+for (const [during, task] of /** @type {const} */ ([
+  ["detect", "detect"],
+  ["match", "matchPhotos"],
+  ["depth", "matchStereo"],
+])) {
   test(`aborting while they share the stage ${during} ends the call`, { skip }, async () => {
     const controller = new AbortController();
     const { signal } = controller;
@@ -75,18 +79,10 @@ for (const during of /** @type {const} */ (["detect", "match", "depth"])) {
     `either may die during ${during}: the call rejects, the next one works`,
     { skip },
     async () => {
-      for (const which of [0, 1]) {
-        await started(async (workers) => {
-          /** @param {Progress} progress */
-          const onProgress = ({ stage, fraction }) => {
-            const thread = which === 0 ? workers[0] : workers.at(-1);
-            if (stage === during && fraction > 0 && workers.length > 1) void thread?.terminate();
-          };
-          const error = await rejection(stitchMany(photos, { workers: 2, onProgress }));
-          // It may have been about to start.
-          assert.match(error.code, /^(internal|load-failed)$/);
-          assert.match(error.message, /worker/);
-        });
+      for (const which of /** @type {const} */ ([0, 1])) {
+        await assertRejectsAtDeath(which, task, (onProgress) =>
+          stitchMany(photos, { workers: 2, onProgress }),
+        );
       }
       assert.ok((await stitchMany(photos, { workers: 2 })).mosaic.width > 0);
     },

@@ -4,7 +4,7 @@ import { availableParallelism } from "node:os";
 import { test } from "node:test";
 import { align, detect, stitch, StitchError } from "depthstitch";
 import { rejection, sample } from "./sample.mjs";
-import { started } from "./threads.mjs";
+import { assertRejectsAtDeath, started } from "./threads.mjs";
 
 /** @typedef {import("depthstitch").ImageOutput} ImageOutput */
 /** @typedef {import("depthstitch").StitchOptions} StitchOptions */
@@ -106,17 +106,10 @@ test("an array passed as both photos", async () => {
 });
 
 test("any of the workers may die: the call rejects, the next one works", { skip }, async () => {
-  for (const which of [0, 1]) {
-    await started(async (workers) => {
-      /** @param {import("depthstitch").Progress} progress */
-      const onProgress = ({ stage }) => {
-        if (stage === "detect") void workers[which]?.terminate();
-      };
-      const error = await rejection(stitch(target, reference, { workers: 2, onProgress }));
-      // The second one may not have started yet.
-      assert.match(error.code, /^(internal|load-failed)$/);
-      assert.match(error.message, /worker/);
-    });
+  for (const which of /** @type {const} */ ([0, 1])) {
+    await assertRejectsAtDeath(which, "detect", (onProgress) =>
+      stitch(target, reference, { workers: 2, onProgress }),
+    );
     assert.ok((await stitch(target, reference, { workers: 2 })).mosaic.width > 0);
   }
 });
