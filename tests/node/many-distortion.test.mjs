@@ -7,11 +7,11 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { stitchMany } from "depthstitch";
-import { decodeImage, encodePng } from "depthstitch/codecs";
+import { encodePng } from "depthstitch/codecs";
 import { rejection } from "./sample.mjs";
+import { sampleSet } from "./sample-set.mjs";
 
 const MAIN = fileURLToPath(new URL("../../dist/cli/main.js", import.meta.url));
-const SET = fileURLToPath(new URL("../../target/sample-set/", import.meta.url));
 const K = 0.2;
 
 /** A photo as a lens shows it that distorts by K. @param {import("depthstitch").ImageInput} photo */
@@ -40,10 +40,7 @@ let folder;
 let photos;
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "depthstitch-distortion-"));
-  const files = JSON.parse(await readFile(join(SET, "case.json"), "utf8")).photos;
-  const read = async (/** @type {string} */ file) =>
-    distorted(await decodeImage(await readFile(join(SET, file))));
-  photos = await Promise.all(files.map(read));
+  photos = (await sampleSet()).photos.map(distorted);
 });
 after(() => rm(folder, { recursive: true, force: true }));
 

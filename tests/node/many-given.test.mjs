@@ -6,9 +6,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
+import { SET } from "./sample-set.mjs";
 
 const MAIN = fileURLToPath(new URL("../../dist/cli/main.js", import.meta.url));
-const SET = fileURLToPath(new URL("../../target/sample-set/", import.meta.url));
 
 /** @type {string} */
 let folder;
