@@ -1,26 +1,17 @@
 // `stitchMany` by several workers, of photos with parallax: every kind of task is shared.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
 import { availableParallelism } from "node:os";
-import { before, test } from "node:test";
+import { test } from "node:test";
 import { stitchMany } from "depthstitch";
-import { decodeImage } from "depthstitch/codecs";
 import { rejection } from "./sample.mjs";
+import { sampleSet } from "./sample-set.mjs";
 import { assertRejectsAtDeath, started } from "./threads.mjs";
 
 /** @typedef {import("depthstitch").Progress} Progress */
 
-const SET = new URL("../../target/sample-set/", import.meta.url);
 const skip = availableParallelism() < 2 && "one processor";
 
-/** @type {import("depthstitch").ImageOutput[]} */
-let photos;
-before(async () => {
-  const files = JSON.parse(await readFile(new URL("case.json", SET), "utf8")).photos;
-  const read = async (/** @type {string} */ file) =>
-    decodeImage(await readFile(new URL(file, SET)));
-  photos = await Promise.all(files.map(read));
-});
+const { photos } = await sampleSet();
 
 test("two and four workers make what one makes", { skip }, async () => {
   const { times: alone, ...expected } = await stitchMany(photos, { workers: 1 });
@@ -33,6 +24,28 @@ test("two and four workers make what one makes", { skip }, async () => {
     });
     // One whose memory has grown large ends when its tasks are done.
     assert.ok(threads.length >= workers, `${threads.length} of ${workers}`);
+  }
+});
+
+test("with cameras and depth, too, which may be given away", { skip }, async () => {
+  const stitched = async (/** @type {import("depthstitch").StitchManyOptions} */ options) => {
+    const { known } = await sampleSet();
+    const { times: _, ...result } = await stitchMany(known, options);
+    const left = known.flatMap(({ data, depth }) => [data.length, depth?.data.length ?? 0]);
+    return { result, given: Math.max(...left) === 0 };
+  };
+  const expected = await stitched({ workers: 1 });
+  assert.equal(expected.given, false);
+  for (const options of /** @type {const} */ ([
+    { worker: false },
+    { workers: 2 },
+    { workers: 4 },
+    { workers: 1, transfer: true },
+    { workers: 4, transfer: true },
+  ])) {
+    const { result, given } = await stitched(options);
+    assert.deepEqual(result, expected.result, JSON.stringify(options));
+    assert.equal(given, "transfer" in options, JSON.stringify(options));
   }
 });
 
