@@ -5,9 +5,10 @@ import { existsSync } from "node:fs";
 import { mkdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
-import { stitch } from "depthstitch";
+import { stitch, stitchMany } from "depthstitch";
 import { loadCase } from "../../dist/cases/case.js";
 import { dataFolder, exampleRun, root } from "../../js/tools/shared.mjs";
+import { sampleSet } from "./sample-set.mjs";
 
 for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "nis-PTS_17")]) {
   const missing = !existsSync(join(folder, "case.json"));
@@ -18,17 +19,12 @@ for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "ni
     assert.ok(matches && targetDepth && referenceDepth);
     const inputs = { target, reference, targetDepth, referenceDepth };
 
-    const dump = join(root, "target", "identity", pair.name);
-    await mkdir(dump, { recursive: true });
-    // Without the arrays.
-    const sizes = JSON.stringify(inputs, (key, value) => (key === "data" ? undefined : value));
-    await Promise.all([
-      writeFile(join(dump, "sizes.json"), sizes),
-      writeFile(join(dump, "matches"), matches),
-      ...Object.entries(inputs).map(([name, { data }]) => writeFile(join(dump, name), data)),
-    ]);
-    const command = ["--quiet", ...exampleRun("stitch-hash", [dump])];
-    const native = JSON.parse(execFileSync("cargo", command, { cwd: root, encoding: "utf8" }));
+    const arrays = Object.entries(inputs).map(([name, { data }]) => [name, data]);
+    const native = await hashes(
+      pair.name,
+      inputs,
+      Object.fromEntries([["matches", matches], ...arrays]),
+    );
 
     const found = await stitch(target, reference, { matches, targetDepth, referenceDepth });
     const { quality } = found;
@@ -52,6 +48,41 @@ for (const folder of [join(root, "target", "sample-small"), join(dataFolder, "ni
       ),
     });
   });
+}
+
+test("sample-set: native and wasm agree to the byte about many photos", async () => {
+  const { photos } = await sampleSet();
+  const arrays = photos.map(({ data }, i) => [i, data]);
+  const native = await hashes("sample-set", photos, Object.fromEntries(arrays));
+  const found = await stitchMany(photos);
+  const cameras = found.photos.flatMap(({ camera, focalLength }) => {
+    assert.ok(camera && focalLength);
+    return [...camera.rotation, ...camera.translation, focalLength];
+  });
+  assert.deepEqual(native, {
+    mosaic: fnv(found.mosaic.data),
+    labels: fnv(found.labels.data),
+    voidMask: fnv(found.voidMask.data),
+    cameras: fnv(Float64Array.from(cameras)),
+    distortion: fnv(Float64Array.of(found.distortion)),
+  });
+});
+
+/**
+ * What native code makes of arrays.
+ *
+ * @param {string} name of a folder that they are written to
+ * @param {object} sizes
+ * @param {Record<string, Uint8Array | Uint8ClampedArray | Float32Array>} files
+ */
+async function hashes(name, sizes, files) {
+  const dump = join(root, "target", "identity", name);
+  await mkdir(dump, { recursive: true });
+  const text = JSON.stringify(sizes, (key, value) => (key === "data" ? undefined : value));
+  await writeFile(join(dump, "sizes.json"), text);
+  for (const [file, data] of Object.entries(files)) await writeFile(join(dump, file), data);
+  const command = ["--quiet", ...exampleRun("stitch-hash", [dump])];
+  return JSON.parse(execFileSync("cargo", command, { cwd: root, encoding: "utf8" }));
 }
 
 /**
