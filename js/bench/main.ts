@@ -174,8 +174,7 @@ async function scaleMany(): Promise<ManyScale[]> {
     for (const count of counts) {
       const found = await measureMany(folder, count);
       const { used, ms, megapixels, memory, predicted, processor, times } = found;
-      // Before the canvas is known, and then.
-      const [first = NaN, last = first] = predicted;
+      const [first = NaN, last = first] = [predicted[0], predicted.at(-1)];
       const stages = MANY_STAGES.map((stage) => ((times[stage] ?? 0) / 1000).toFixed(1));
       const numbers = [
         String(used),

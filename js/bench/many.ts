@@ -22,7 +22,7 @@ export interface ManyScale {
   readonly processor: number;
   /** Bytes of wasm memory at its peak. */
   readonly memory: number;
-  /** Bytes that the core predicts before it knows the canvas, and then. */
+  /** Bytes that the core predicts before it knows the canvas, and as that grows photo by photo. */
   readonly predicted: readonly number[];
 }
 
