@@ -36,6 +36,11 @@ pub enum Warning {
         /// The one used, in pixels.
         threshold: f64,
     },
+    /// The picture is smaller than the photos, which memory would not have sufficed for.
+    ReducedResolution {
+        /// Its size next to theirs: ½, ¼ …
+        scale: f64,
+    },
     /// Part of the warped target lies beyond the canvas limit and was cut off.
     CanvasClipped,
     /// The photos differ where the model says they should agree.
@@ -63,6 +68,7 @@ impl Warning {
             Warning::FewInliers { .. } => "few-inliers",
             Warning::LowInlierRatio { .. } => "low-inlier-ratio",
             Warning::ThresholdWidened { .. } => "threshold-widened",
+            Warning::ReducedResolution { .. } => "reduced-resolution",
             Warning::CanvasClipped => "canvas-clipped",
             Warning::PoorAlignment { .. } => "poor-alignment",
             Warning::SmallOverlap { .. } => "small-overlap",
@@ -94,6 +100,9 @@ impl Warning {
             }
             Warning::ThresholdWidened { threshold } => {
                 format!("Too few matches agreed closely: the geometry was fitted with a tolerance of {} px.", Decimal(*threshold, 1))
+            }
+            Warning::ReducedResolution { scale } => {
+                format!("The picture is made at 1/{} of the photos' width and height: more would take more memory than is allowed.", Decimal(1.0 / scale, 0))
             }
             Warning::CanvasClipped => "Part of the warped target lies beyond the canvas limit and was cut off.".into(),
             Warning::PoorAlignment { ssim } => format!("The photos hardly agree where they overlap (SSIM {}).", Decimal(*ssim, 2)),

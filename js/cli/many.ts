@@ -59,6 +59,7 @@ export async function stitchManyFiles(
       geometry: result.geometry,
       distortion: result.distortion,
       reference: photos[result.reference],
+      scale: result.scale,
       warnings: result.warnings,
     },
     warnings: warnings(photos, result),

@@ -90,6 +90,7 @@ export const compositing = {
     unit: "bytes",
     default: 2 ** 31,
     label: "Memory limit",
-    description: "Memory limit; a larger job is rejected before anything is allocated.",
+    description:
+      "Memory limit; a larger job is rejected before anything is allocated, but many images are shown smaller if they then fit.",
   },
 } as const satisfies Readonly<Record<string, OptionSpec>>;

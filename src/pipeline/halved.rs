@@ -87,18 +87,7 @@ impl Halved {
 
     /// Options, whose lengths are in pixels of these.
     pub fn options(&self, options: &Options) -> Options {
-        let factor = self.factor();
-        let threshold = match options.estimate.threshold {
-            Threshold::Pixels(pixels) => Threshold::Pixels(pixels / factor),
-            normalised => normalised,
-        };
-        let focal = options.estimate.focal.map(|focal| focal / factor);
-        let refine = options.refine.map(|refine| RefineOptions { range: refine.range.map(|range| range / factor) });
-        Options {
-            estimate: EstimateOptions { threshold, focal, ..options.estimate.clone() },
-            refine,
-            ..options.clone()
-        }
+        reduced_options(options, self.factor())
     }
 
     /// The alignment of the photos as they were. Without depth maps given, nothing but a smooth surface or a homography is found: no
@@ -127,8 +116,19 @@ impl Halved {
     }
 }
 
+/// Options, whose lengths are in pixels of photos at 1/`factor` of their size.
+pub(super) fn reduced_options(options: &Options, factor: f64) -> Options {
+    let threshold = match options.estimate.threshold {
+        Threshold::Pixels(pixels) => Threshold::Pixels(pixels / factor),
+        normalised => normalised,
+    };
+    let focal = options.estimate.focal.map(|focal| focal / factor);
+    let refine = options.refine.map(|refine| RefineOptions { range: refine.range.map(|range| range / factor) });
+    Options { estimate: EstimateOptions { threshold, focal, ..options.estimate.clone() }, refine, ..options.clone() }
+}
+
 /// The mean of each four pixels, masked where one of them is.
-fn half(photo: ImageView<'_>) -> Result<Image> {
+pub(super) fn half(photo: ImageView<'_>) -> Result<Image> {
     let ((width, height), (columns, rows)) = (photo.size(), half_size(photo.size()));
     let mut out = Image::transparent(columns, rows)?;
     for (y, out) in out.pixels_mut().chunks_exact_mut(columns).enumerate() {

@@ -106,18 +106,25 @@ pub struct Memory<'a> {
     projecting: bool,
     /// Whether large photos alone are halved.
     halving: bool,
+    /// Whether the photos are aligned, too.
+    aligning: bool,
 }
 
 impl<'a> Memory<'a> {
     /// Of a job. Automatic projection is taken for the plane until it is known to be something else.
     pub fn of(job: Job, options: &'a Options) -> Self {
         let projecting = !matches!(options.projection, None | Some(Projection::Plane));
-        Self { job, options, projecting, halving: true }
+        Self { job, options, projecting, halving: true, aligning: true }
     }
 
     /// Of photos that are aligned at their own size, however large.
     pub(super) fn unhalved(self) -> Self {
         Self { halving: false, ..self }
+    }
+
+    /// Of photos that are aligned already.
+    pub(super) fn drawing(self) -> Self {
+        Self { aligning: false, ..self }
     }
 
     /// With the reference on a cylinder or a sphere.
@@ -128,15 +135,18 @@ impl<'a> Memory<'a> {
     /// The stage that takes most, and its bytes, with a canvas of this size; (0, 0) for [`align`](super::align) alone.
     pub fn peak(&self, canvas: Size) -> (Stage, u64) {
         let held = MODULE.saturating_add(self.inputs());
-        let stages = [
+        let aligning = [
             (Stage::Detect, self.detection()),
             (Stage::Depth, self.two_view_depth()),
             (Stage::Refine, self.refinement()),
+        ];
+        let drawing = [
             (Stage::Warp, self.warp(pixels(canvas))),
             (Stage::Blend, self.blend(pixels(canvas))),
             (Stage::Fill, self.fill(pixels(canvas))),
         ];
-        let (stage, bytes) = stages.into_iter().fold((Stage::Input, 0), |a, b| if b.1 > a.1 { b } else { a });
+        let stages = aligning.into_iter().filter(|_| self.aligning).chain(drawing);
+        let (stage, bytes) = stages.fold((Stage::Input, 0), |a, b| if b.1 > a.1 { b } else { a });
         let bytes = bytes.saturating_add(held);
         let fragmentation = match (self.smooth(), self.aligned().1) {
             (true, 0) => FRAGMENTATION_SMOOTH,

@@ -92,11 +92,29 @@ impl Picture {
         let Axes { rotation, sphere, transverse } = Axes::suiting(wanted, &rays, down)?;
         let surface = ProjectionSurface { sphere, transverse, focal, centre: [0.0; 2] };
         let (turn, back) = (rotation.transpose() * to_rays, to_pixels * rotation);
-        let mut found = Self { turn, back, surface: Some(surface) };
-        // The reference's top left is the origin.
-        let [x, y, ..] = found.bounds(reference)?;
-        found.surface = Some(ProjectionSurface { centre: [-(x as f64), -(y as f64)], ..surface });
-        Some(found)
+        Self { turn, back, surface: Some(surface) }.with_origin_at(reference)
+    }
+
+    /// With the top left of the `reference` as the origin.
+    fn with_origin_at(self, reference: &Placed) -> Option<Self> {
+        let Some(surface) = self.surface else { return Some(self) };
+        let unmoved = Self { surface: Some(ProjectionSurface { centre: [0.0; 2], ..surface }), ..self };
+        let [x, y, ..] = unmoved.bounds(reference)?;
+        let surface = Some(ProjectionSurface { centre: [-(x as f64), -(y as f64)], ..surface });
+        Some(Self { surface, ..unmoved })
+    }
+
+    /// The same of photos that are `factor` times as large: the `reference`, around the same middle as when it had the size `before`.
+    pub fn resized(&self, factor: f64, before: Size, reference: Size) -> Option<Self> {
+        let Some(surface) = self.surface else { return Some(self.clone()) };
+        let middle = |(w, h): Size| [w, h].map(|side| 0.5 * (side as f64 - 1.0));
+        let scaled = |factor: f64, from: [f64; 2], to: [f64; 2]| {
+            Matrix3::new(factor, 0.0, to[0] - factor * from[0], 0.0, factor, to[1] - factor * from[1], 0.0, 0.0, 1.0)
+        };
+        let (from, to) = (middle(before), middle(reference));
+        let (turn, back) = (self.turn * scaled(1.0 / factor, to, from), scaled(factor, from, to) * self.back);
+        let surface = ProjectionSurface { focal: factor * surface.focal, ..surface };
+        Self { turn, back, surface: Some(surface) }.with_origin_at(&Placed::reference(reference))
     }
 
     /// What it is.

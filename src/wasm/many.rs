@@ -69,7 +69,7 @@ impl Photos {
         many::check_count(photos.length() as usize)?;
         let size = |photo: &JsValue| size_from_js("photo", photo);
         let sizes = each(photos, size)?;
-        workers.limit(many::check_sizes(sizes.into_iter(), options)?.times());
+        workers.limit(many::check_sizes(&sizes, options)?.times());
         let focal = |photo: &JsValue| {
             let given = get(photo, "focalLength");
             let expected = "a positive number";
@@ -103,6 +103,7 @@ fn result(done: &StitchedMany, input_time: f64) -> JsValue {
     put(&result, "voidMask", results::mask(&done.voids));
     let offset = [("x", done.offset.0 as f64), ("y", done.offset.1 as f64)];
     put(&result, "offset", results::numbers(&offset));
+    put(&result, "scale", done.scale.into());
     put(&result, "reference", (done.reference as f64).into());
     let geometry = match done.geometry {
         MultiViewKind::Cameras => "cameras",

@@ -238,8 +238,9 @@ export interface Options {
    */
   fillMaxWidth: number;
   /**
-   * Memory limit; a larger job is rejected before anything is allocated. Unit: bytes. Range: a
-   * number from 1 to 4294967296. Default: 2147483648.
+   * Memory limit; a larger job is rejected before anything is allocated, but many images are shown
+   * smaller if they then fit. Unit: bytes. Range: a number from 1 to 4294967296. Default:
+   * 2147483648.
    */
   maxBytes: number;
 }
@@ -344,6 +345,8 @@ export type WarningCode =
   | "low-inlier-ratio"
   /** Too few matches agreed within `threshold`; a wider one was used. */
   | "threshold-widened"
+  /** Many images: the mosaic is smaller than they are, at `scale`, as more would take more memory than `maxBytes`. */
+  | "reduced-resolution"
   /** Part of the target lay beyond `canvasLimit`. */
   | "canvas-clipped"
   /** The images differ where they should agree. */
@@ -582,6 +585,11 @@ export interface StitchManyResult {
   voidMask: Mask;
   /** Position of the reference's top left pixel in the mosaic; of the rectangle around it unless `projection` is `"plane"`. */
   offset: { x: number; y: number };
+  /**
+   * How large the mosaic is next to the reference: 1, or ½, ¼ … where memory did not suffice for more. On a plane pixel (x, y) of the
+   * reference is then at (x + ½)·scale − ½ from `offset`; where the lens distorts, to within a pixel.
+   */
+  scale: number;
   /** Index of the photo in whose view all are shown. */
   reference: number;
   /** What the photos are shown on. On a plane the reference stays as it is, but for `distortion`. */

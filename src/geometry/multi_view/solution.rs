@@ -1,6 +1,6 @@
 //! The geometry that was found for several photos, and what it says of them.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::bundle::FreeParameters;
 use super::growth::{LANDMARKS, finish, finish_rotations};
@@ -97,19 +97,40 @@ impl MultiView {
         scene.is_distorted().then_some(scene.distortion)
     }
 
-    /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
-    pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
-        let Solved::Scene(scene) = &mut self.solved else { return };
-        let before: Vec<f64> = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
+    /// The same of photos that are `factor` times as large, in frames of these sizes around the same middles.
+    pub fn resized(mut self, frames: &[(usize, usize)], factor: f64) -> Self {
+        self.reframe(frames, factor);
+        self
+    }
+
+    fn reframe(&mut self, frames: &[(usize, usize)], factor: f64) {
+        // What lengths in diagonals become.
+        let ratio = |(lens, &frame): (&Lens, &(usize, usize))| factor * diagonal(lens.size) / diagonal(frame);
+        let ratios: Vec<f64> = self.lenses.iter().zip(frames).map(ratio).collect();
         self.lenses.iter_mut().zip(frames).for_each(|(lens, &frame)| lens.size = frame);
-        for scene in [Some(&mut *scene), self.turned.as_mut()].into_iter().flatten() {
+        let solved = match &mut self.solved {
+            Solved::Scene(scene) => Some(scene),
+            Solved::Chain { chain, .. } => {
+                for (to_root, ratio) in chain.to_root.iter_mut().zip(&ratios) {
+                    *to_root =
+                        to_root.map(|h| h * Matrix3::from_diagonal(&Vector3::new(1.0 / ratio, 1.0 / ratio, 1.0)));
+                }
+                None
+            }
+        };
+        for scene in [solved, self.turned.as_mut()].into_iter().flatten() {
             scene.diagonals = self.lenses.iter().map(|lens| diagonal(lens.size)).collect();
-            for (photo, before) in before.iter().enumerate() {
-                let ratio = before / scene.diagonals[photo];
+            for (photo, ratio) in ratios.iter().enumerate() {
                 scene.shares[photo] *= ratio;
                 scene.estimates[photo] = scene.estimates[photo].map(|estimate| estimate * ratio);
             }
         }
+    }
+
+    /// Goes on with the photos without distortion: the sizes of their frames, and the matches between these.
+    pub fn undistort(&mut self, frames: &[(usize, usize)], links: &[PairLink]) {
+        self.reframe(frames, 1.0);
+        let Solved::Scene(scene) = &mut self.solved else { return };
         scene.distortion = Distortion::default();
         scene.triangulate(&tracks(&self.lenses, links), TOLERANCE);
         self.adjust_turned(links);

@@ -7,15 +7,16 @@ use super::graph::PhotoPair;
 use super::locate::{Located, locate};
 use super::memory::Budget;
 use super::picture::ManyPicture;
-use super::result::{Photo, PhotoCode, PhotoMap, PhotoReport};
+use super::result::{Photo, PhotoCode, PhotoReport};
 use super::undistorted::UndistortedPhotos;
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, ManyWorkers, view};
-use crate::geometry::{Model, MultiView, MultiViewKind};
+use crate::geometry::{Distortion, Model, MultiView, MultiViewKind};
 use crate::observer::{Observer, Portion};
+use crate::pipeline::picture::Size;
 use crate::pipeline::timer::StageTimer;
 use crate::workers::without_waiting;
-use crate::{Image, InverseDepth, Result, Stage};
+use crate::{InverseDepth, Result, Stage};
 
 /// Where the photos belong: what rendering needs besides them.
 #[derive(Debug, Clone)]
@@ -33,11 +34,15 @@ pub struct ManyAlignment {
     pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
+    /// That of the photos' lens, unless there is none.
+    pub(super) distortion: Option<Distortion>,
     /// The photos that all of this is of, where they are not those given.
     pub(super) undistorted: Option<UndistortedPhotos>,
+    /// Their sizes.
+    pub(super) sizes: Vec<Size>,
 }
 
-/// Finds the place of each photo, and its inverse depth.
+/// Finds the place of each photo, and its inverse depth: in pixels of the photos, however large they are.
 ///
 /// # Errors
 /// `invalid-argument` for options of any stage out of range, fewer than two or more than thirty photos, a photo that is all masked, a reference
@@ -48,7 +53,7 @@ pub struct ManyAlignment {
 /// [`match_features`](crate::features::match_features), [`estimate`](crate::geometry::estimate) and
 /// [`refine`](crate::depth::refine).
 pub fn align_many(photos: &[Photo<'_>], options: &ManyOptions, observer: &mut dyn Observer) -> Result<ManyAlignment> {
-    let mut budget = check(photos, options)?;
+    let mut budget = check(photos, options, false)?;
     let mut timer = StageTimer::start(observer);
     let visible = VisiblePhotos::of(photos)?;
     let photos = visible.photos(photos);
@@ -80,7 +85,21 @@ pub(super) async fn align_timed(
         codes[photo] = if used.contains(&photo) { PhotoCode::Used } else { PhotoCode::TooOblique };
     }
     let order = view::outward(reference, &used, &links);
-    Ok(ManyAlignment { reference, order, codes, pairs, ignores_parallax, picture, geometry, depths, undistorted })
+    let sizes = photos.iter().map(|photo| photo.image.size()).collect();
+    let distortion = undistorted.as_ref().map(|undistorted| undistorted.distortion);
+    Ok(ManyAlignment {
+        reference,
+        order,
+        codes,
+        pairs,
+        ignores_parallax,
+        picture,
+        geometry,
+        depths,
+        distortion,
+        undistorted,
+        sizes,
+    })
 }
 
 impl ManyAlignment {
@@ -108,18 +127,6 @@ impl ManyAlignment {
             }
         };
         self.codes.iter().enumerate().map(report).collect()
-    }
-
-    /// As [`ManyAlignment::map`], for the result.
-    pub(super) fn take_map(&mut self, photo: usize, undistorted: Option<Image>) -> Option<PhotoMap> {
-        let pairs = [[photo, self.reference], [self.reference, photo]];
-        let [forward, reverse] = pairs.map(|pair| self.geometry.model(pair));
-        Some(PhotoMap {
-            forward: forward?,
-            reverse: reverse?,
-            depth: self.depths[photo].take().map(|depth| depth.map),
-            undistorted,
-        })
     }
 
     /// Whether a depth map was given of a photo in the picture that contradicts what photos show.

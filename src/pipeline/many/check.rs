@@ -4,28 +4,67 @@ use nalgebra::Matrix3;
 
 use super::ManyOptions;
 use super::memory::Budget;
+use super::reduced::can_be_halved;
 use super::result::Photo;
 use crate::geometry::{Camera, Distortion};
 use crate::image::check_size;
-use crate::{Error, ImageView, Result};
+use crate::pipeline::options::Options;
+use crate::pipeline::picture::Size;
+use crate::{Error, ImageView, InverseDepth, Result};
 
 /// Fewest and most photos.
 const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
 
-/// Refuses what cannot be stitched; the memory that the rest may take.
-pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions) -> Result<Budget<'a>> {
+/// A lens that distorts about as much as any.
+const BARREL: f64 = -0.25;
+
+/// Refuses what cannot be stitched; the memory that the rest may take. Photos are halved before they are aligned if that is allowed, where
+/// they would take too much memory.
+pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions, halving: bool) -> Result<Budget<'a>> {
     check_focal(options.stages.estimate.focal)?;
     options.stages.check()?;
     for (i, photo) in photos.iter().enumerate() {
         check_photo(photo).map_err(Error::of_photo(i))?;
     }
     check_cameras(photos)?;
-    let mut budget = check_sizes(photos.iter().map(|photo| photo.image.size()), options)?;
-    let masked = photos.iter().map(|photo| photo.image).filter(ImageView::is_masked);
-    masked.for_each(|image| budget.add_masked(image.size()));
-    photos.iter().filter(|photo| photo.depth.is_some()).for_each(|photo| budget.add_depth(photo.image.size()));
-    budget.check((0, 0))?;
-    Ok(budget)
+    check_options(photos.len(), options)?;
+    let sizes: Vec<Size> = photos.iter().map(|photo| photo.image.size()).collect();
+    let masked: Vec<Size> =
+        photos.iter().map(|photo| photo.image).filter(ImageView::is_masked).map(|image| image.size()).collect();
+    let with_depth: Vec<Size> = photos.iter().filter_map(|photo| photo.depth.map(InverseDepth::size)).collect();
+    // With cameras that are given there is no distortion but what is given, too.
+    let distortion = options.distortion.or(photos.first().and_then(|photo| photo.camera).map(|_| 0.0));
+    fitting(&sizes, &options.stages, distortion, halving, &|budget| {
+        masked.iter().for_each(|&size| budget.add_masked(size));
+        with_depth.iter().for_each(|&size| budget.add_depth(size));
+    })
+}
+
+/// The memory for photos of these sizes, and what they `add` to it.
+fn fitting<'a>(
+    sizes: &[Size],
+    stages: &'a Options,
+    distortion: Option<f64>,
+    halving: bool,
+    add: &dyn Fn(&mut Budget<'_>),
+) -> Result<Budget<'a>> {
+    let mut halvings = 0;
+    loop {
+        let mut budget = Budget::of(sizes, halvings, stages);
+        add(&mut budget);
+        let smaller = halving && can_be_halved(sizes, halvings + 1);
+        let undistorted = match distortion {
+            Some(known) => Some(known).filter(|known| *known != 0.0),
+            // Where there is a choice, enough for a lens that may turn out to distort.
+            None => smaller.then_some(BARREL),
+        };
+        let undistorted = |()| undistorted.map_or(Ok(()), |known| budget.check_undistorted(Distortion(known)));
+        match budget.check((0, 0)).and_then(undistorted) {
+            Ok(()) => return Ok(budget),
+            Err(_) if smaller => halvings += 1,
+            Err(error) => return Err(error),
+        }
+    }
 }
 
 /// How far a rotation may be from one: the largest element of RᵀR − I.
@@ -78,12 +117,15 @@ fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
     invalid("camera", "given for every photo or for none", cameras as f64)
 }
 
-/// As [`check`], by the photos' sizes alone.
-pub(crate) fn check_sizes(
-    sizes: impl ExactSizeIterator<Item = (usize, usize)>,
-    options: &ManyOptions,
-) -> Result<Budget<'_>> {
-    let count = sizes.len();
+/// The memory that photos may take, by their sizes alone.
+#[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
+pub(crate) fn check_sizes<'a>(sizes: &[Size], options: &'a ManyOptions) -> Result<Budget<'a>> {
+    check_options(sizes.len(), options)?;
+    fitting(sizes, &options.stages, options.distortion, true, &|_| ())
+}
+
+/// Refuses what is wrong with so many photos, and the options for them.
+fn check_options(count: usize, options: &ManyOptions) -> Result<()> {
     check_count(count)?;
     if let Some(reference) = options.reference.filter(|reference| *reference >= count) {
         invalid("reference", "the index of a photo", reference as f64)?;
@@ -91,9 +133,7 @@ pub(crate) fn check_sizes(
     if let Some(value) = options.distortion.filter(|known| known.is_nan() || known.abs() > Distortion::MOST) {
         invalid("distortion", "from -1 to 1", value)?;
     }
-    let budget = Budget::of(sizes, &options.stages);
-    budget.check((0, 0))?;
-    Ok(budget)
+    Ok(())
 }
 
 /// Refuses too few photos, and too many.

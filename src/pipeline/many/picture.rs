@@ -58,6 +58,12 @@ impl ManyPicture {
         Some(Self { reference, shown })
     }
 
+    /// The same of photos that are `factor` times as large and have these `sizes` now, around the same middles.
+    pub fn resized(&self, factor: f64, [before, sizes]: [&[Size]; 2]) -> Option<Self> {
+        let shown = self.shown.resized(factor, before[self.reference], sizes[self.reference])?;
+        Some(Self { shown, ..*self })
+    }
+
     /// Whether it can show a photo of this depth without stretching it much.
     pub fn suits(&self, photo: usize, depth: &InverseDepth, sizes: &[Size], geometry: &MultiView) -> bool {
         let Some(placed) = placed(photo, self.reference, sizes, geometry) else { return true };

@@ -109,6 +109,9 @@ pub struct StitchedMany {
     pub voids: Mask,
     /// Position of the reference's top left pixel; of the rectangle around it if it is not shown on a plane.
     pub offset: (usize, usize),
+    /// How large the picture is next to the reference: 1, or ½, ¼ … where memory did not suffice for more. Of a photo `reference` pixel (x, y) is then at
+    /// (x + ½)·scale − ½ from [`offset`](Self::offset), on a plane; where the lens distorts to within a pixel.
+    pub scale: f64,
     /// The photo in whose view all are shown.
     pub reference: usize,
     /// What they are shown on.

@@ -6,7 +6,7 @@ use crate::features::Features;
 use crate::geometry::{Distortion, PairLink, Undistortion};
 use crate::image::reserve;
 use crate::transparency::Extended;
-use crate::warp::{Distorted, bilinear};
+use crate::warp::bilinear;
 use crate::{Image, ImageView, InverseDepth, Result, View};
 
 /// Every photo in a frame that holds all of it.
@@ -16,11 +16,32 @@ pub(super) struct UndistortedPhotos {
     photos: Vec<UndistortedPhoto>,
 }
 
+/// A photo in its frame.
 #[derive(Debug, Clone)]
-struct UndistortedPhoto {
+pub(super) struct UndistortedPhoto {
     lens: Undistortion,
     /// What it does not fill of its frame is masked.
     photo: Extended,
+}
+
+impl UndistortedPhoto {
+    /// # Errors
+    /// `out-of-memory`.
+    pub fn of(photo: &Photo<'_>, distortion: Distortion) -> Result<Self> {
+        let lens = Undistortion::of(photo.image.size(), distortion);
+        let depth = photo.depth.map(|depth| undistorted_depth(depth, &lens)).transpose()?;
+        Ok(Self { lens, photo: Extended::new(undistorted_image(photo.image, &lens)?, depth)? })
+    }
+
+    /// The photo.
+    pub fn image(&self) -> ImageView<'_> {
+        self.photo.as_view().image
+    }
+
+    /// The photo.
+    pub fn into_image(self) -> Image {
+        self.photo.into_image()
+    }
 }
 
 impl UndistortedPhotos {
@@ -36,11 +57,8 @@ impl UndistortedPhotos {
     ) -> Result<Self> {
         let lenses = photos.iter().map(|photo| Undistortion::of(photo.image.size(), distortion));
         budget.undistort(&lenses.clone().map(|lens| lens.frame).collect::<Vec<_>>())?;
-        let one = |(photo, lens): (&Photo<'_>, Undistortion)| {
-            let depth = photo.depth.map(|depth| undistorted_depth(depth, &lens)).transpose()?;
-            Ok(UndistortedPhoto { lens, photo: Extended::new(undistorted_image(photo.image, &lens)?, depth)? })
-        };
-        let photos: Vec<UndistortedPhoto> = photos.iter().zip(lenses).map(one).collect::<Result<_>>()?;
+        let photos: Vec<UndistortedPhoto> =
+            photos.iter().map(|photo| UndistortedPhoto::of(photo, distortion)).collect::<Result<_>>()?;
         photos.iter().zip(features).for_each(|(photo, features)| move_features(&photo.lens, features));
         Ok(Self { distortion, photos })
     }
@@ -60,14 +78,9 @@ impl UndistortedPhotos {
         self.photos.iter().map(|photo| photo.lens.frame).collect()
     }
 
-    /// Those `given`, with their distortion.
-    pub fn distorted<'a>(&self, given: &[Photo<'a>]) -> Vec<Distorted<'a>> {
-        self.photos.iter().zip(given).map(|(own, photo)| Distorted { photo: photo.image, lens: own.lens }).collect()
-    }
-
     /// The photos in their frames.
-    pub fn into_images(self) -> impl Iterator<Item = Image> {
-        self.photos.into_iter().map(|own| own.photo.into_image())
+    pub fn photos(&self) -> &[UndistortedPhoto] {
+        &self.photos
     }
 
     /// Moves matches to where they are in the frames.

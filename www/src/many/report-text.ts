@@ -113,7 +113,7 @@ export function manyReportJson(
   { result, photos, settings, elapsed }: ManyOutcome,
   version: string,
 ): string {
-  const { mosaic, voids, offset, reference, geometry, distortion } = result;
+  const { mosaic, voids, offset, scale, reference, geometry, distortion } = result;
   const { projection, pairs, crop, warnings, times } = result;
   const value = {
     version,
@@ -134,6 +134,7 @@ export function manyReportJson(
     distortion,
     projection,
     reference: photos[reference]?.file.name ?? null,
+    scale,
     fillMethod: settings.fillMethod,
     options: settings.options,
     crop,
