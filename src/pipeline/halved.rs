@@ -19,10 +19,15 @@ use crate::{Image, ImageView, InverseDepth, Result, View};
 /// Photos that both have more pixels are halved until one has no more: 12 MP are aligned at 3, 24 MP at 6.
 const MOST: u64 = 7_000_000;
 
-/// Whether photos of these sizes are halved once more. `alone`: without depth maps.
+/// Whether two photos of these sizes are halved once more. `alone`: without depth maps.
 pub(super) fn is_halved(photos: [Size; 2], alone: bool, options: &Options) -> bool {
-    let large = |(width, height): Size| width as u64 * height as u64 > MOST;
-    alone && options.without_depth == WithoutDepth::TwoView && options.refine.is_some() && photos.into_iter().all(large)
+    options.without_depth == WithoutDepth::TwoView && are_halved(&photos, alone, options)
+}
+
+/// Whether photos of these sizes, whose depth is found where there is none, are halved once more.
+pub(super) fn are_halved(photos: &[Size], alone: bool, options: &Options) -> bool {
+    let large = |&(width, height): &Size| width as u64 * height as u64 > MOST;
+    alone && options.refine.is_some() && photos.iter().all(large)
 }
 
 /// Of an odd side the last pixel counts twice.

@@ -8,6 +8,7 @@ use super::reduced::can_be_halved;
 use super::result::Photo;
 use crate::geometry::{Camera, Distortion};
 use crate::image::check_size;
+use crate::pipeline::halved::{are_halved, half_size};
 use crate::pipeline::options::Options;
 use crate::pipeline::picture::Size;
 use crate::{Error, ImageView, InverseDepth, Result};
@@ -18,8 +19,8 @@ const PHOTOS: std::ops::RangeInclusive<usize> = 2..=30;
 /// A lens that distorts about as much as any.
 const BARREL: f64 = -0.25;
 
-/// Refuses what cannot be stitched; the memory that the rest may take. Photos are halved before they are aligned if that is allowed, where
-/// they would take too much memory.
+/// Refuses what cannot be stitched; the memory that the rest may take. Photos are halved before they are aligned if that is allowed, where they are
+/// large, and where they would take too much memory.
 pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions, halving: bool) -> Result<Budget<'a>> {
     check_focal(options.stages.estimate.focal)?;
     options.stages.check()?;
@@ -34,21 +35,26 @@ pub(super) fn check<'a>(photos: &[Photo<'_>], options: &'a ManyOptions, halving:
     let with_depth: Vec<Size> = photos.iter().filter_map(|photo| photo.depth.map(InverseDepth::size)).collect();
     // With cameras that are given there is no distortion but what is given, too.
     let distortion = options.distortion.or(photos.first().and_then(|photo| photo.camera).map(|_| 0.0));
-    fitting(&sizes, &options.stages, distortion, halving, &|budget| {
+    fitting(&sizes, &options.stages, distortion, [halving, with_depth.is_empty()], &|budget| {
         masked.iter().for_each(|&size| budget.add_masked(size));
         with_depth.iter().for_each(|&size| budget.add_depth(size));
     })
 }
 
-/// The memory for photos of these sizes, and what they `add` to it.
+/// The memory for photos of these sizes, and what they `add` to it. `alone`: without depth.
 fn fitting<'a>(
     sizes: &[Size],
     stages: &'a Options,
     distortion: Option<f64>,
-    halving: bool,
+    [halving, alone]: [bool; 2],
     add: &dyn Fn(&mut Budget<'_>),
 ) -> Result<Budget<'a>> {
+    let mut aligned = sizes.to_vec();
     let mut halvings = 0;
+    while halving && are_halved(&aligned, alone, stages) {
+        halvings += 1;
+        aligned.iter_mut().for_each(|size| *size = half_size(*size));
+    }
     loop {
         let mut budget = Budget::of(sizes, halvings, stages);
         add(&mut budget);
@@ -121,7 +127,7 @@ fn check_cameras(photos: &[Photo<'_>]) -> Result<()> {
 #[cfg(all(target_arch = "wasm32", feature = "wasm-many"))]
 pub(crate) fn check_sizes<'a>(sizes: &[Size], options: &'a ManyOptions) -> Result<Budget<'a>> {
     check_options(sizes.len(), options)?;
-    fitting(sizes, &options.stages, options.distortion, true, &|_| ())
+    fitting(sizes, &options.stages, options.distortion, [true; 2], &|_| ())
 }
 
 /// Refuses what is wrong with so many photos, and the options for them.
@@ -142,4 +148,27 @@ pub(crate) fn check_count(count: usize) -> Result<()> {
         return Ok(());
     }
     invalid("photos", "from 2 to 30 photos", count as f64)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photos_are_halved_where_they_are_large_or_too_many() {
+        let (mut options, phone) = (Options::default(), (4032, 3024));
+        let halvings = |sizes: &[Size], alone, options: &Options| {
+            fitting(sizes, options, Some(0.0), [true, alone], &|_| ()).unwrap().halvings
+        };
+        assert_eq!(halvings(&[phone; 5], true, &options), 1);
+        assert_eq!(halvings(&[(8064, 6048); 3], true, &options), 2);
+        // Depth that is given is used pixel by pixel, and where one is small all are worth a look.
+        assert_eq!(halvings(&[phone; 5], false, &options), 0);
+        assert_eq!(halvings(&[phone, phone, (1600, 1200)], true, &options), 0);
+        assert_eq!(halvings(&[phone; 16], false, &options), 1);
+        options.warp.max_bytes = 1 << 30;
+        assert_eq!(halvings(&[phone; 16], true, &options), 2);
+        assert!(fitting(&[phone; 5], &options, Some(0.0), [false, true], &|_| ()).is_err());
+    }
 }

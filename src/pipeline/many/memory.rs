@@ -81,7 +81,7 @@ impl<'a> Budget<'a> {
     /// Of photos that are aligned, and drawn after so many halvings: in `frames` of these sizes without distortion.
     pub fn drawing(&self, halvings: u32, frames: &[Size]) -> Self {
         let mut own = self.clone();
-        if self.halvings > 0 && self.options.output_depth {
+        if self.options.output_depth && self.halvings.max(halvings) > 0 {
             // Without distortion the photo as well.
             own.results = total(&self.given).saturating_mul(RGBA + MAP);
         }
