@@ -21,6 +21,8 @@ const ROUGHLY: f64 = 0.7;
 const CLEARLY: f64 = 0.8;
 /// Cameras that turned explain as much as others if it is this share.
 const AS_MUCH: f64 = 0.98;
+/// Cameras that explain less than this share of all observations are not the right ones.
+const POORLY: f64 = 0.9;
 /// Cameras that explain this share of all observations need no others beside them.
 const COMPLETE: f64 = 0.99;
 
@@ -77,11 +79,18 @@ impl Pairs<'_> {
     /// With these focal lengths: cameras in different places, if there are any, and cameras that only turned.
     fn candidates(&self, focal: Focal) -> (Option<Candidate>, Candidate) {
         let (lenses, links, root) = (self.lenses, self.links, self.root);
-        let poses = links.iter().map(|link| relative_pose(link, lenses, focal.of(link.photos)));
-        let posed = Rotations::of(poses.collect(), lenses.len(), root);
         let lacks_reference =
             |grown: &Candidate| self.reference.is_some_and(|photo| grown.scene.cameras[photo].is_none());
-        let grown = self.grown(&focal, &posed);
+        let posed = self.posed(&focal);
+        let mut grown = self.grown(&focal, &posed);
+        if grown.as_ref().is_some_and(|grown| grown.explained < POORLY) {
+            // Bundle adjustment ends in the minimum that is next.
+            for focal in focal.alternatives() {
+                let other = self.grown(&focal, &self.posed(&focal));
+                let better = |other: &Candidate| grown.as_ref().is_none_or(|grown| other.is_better(grown));
+                grown = other.filter(better).or(grown);
+            }
+        }
         let incomplete = grown.as_ref().is_some_and(lacks_reference);
         let mut grown = grown.filter(|_| !incomplete);
         let closed = close_loops(lenses, links, &focal, posed.contradicting.len(), root);
@@ -94,6 +103,12 @@ impl Pairs<'_> {
             grown = grown.filter(|grown| grown.cost <= around.cost).or(Some(around));
         }
         (grown, turned)
+    }
+
+    /// The relative poses and rotations with these focal lengths.
+    fn posed(&self, focal: &Focal) -> Rotations {
+        let poses = self.links.iter().map(|link| relative_pose(link, self.lenses, focal.of(link.photos)));
+        Rotations::of(poses.collect(), self.lenses.len(), self.root)
     }
 
     fn consistent(&self, contradicting: &[usize]) -> Vec<PairLink> {
