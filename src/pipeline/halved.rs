@@ -30,6 +30,11 @@ pub(super) fn are_halved(photos: &[Size], alone: bool, options: &Options) -> boo
     alone && options.refine.is_some() && photos.iter().all(large)
 }
 
+/// How many times as wide and high photos were before so many halvings.
+pub(super) fn factor(halvings: u32) -> f64 {
+    f64::from(1u32 << halvings)
+}
+
 /// Of an odd side the last pixel counts twice.
 pub(super) fn half_size((width, height): Size) -> Size {
     (width.div_ceil(2), height.div_ceil(2))
@@ -62,7 +67,7 @@ impl Halved {
 
     /// How many times as wide and high the photos were.
     fn factor(&self) -> f64 {
-        (1u32 << self.sizes.len()).into()
+        factor(self.sizes.len() as u32)
     }
 
     /// The photos.

@@ -18,8 +18,8 @@ const SET_FOCAL_DEVIATION: f64 = 0.05;
 /// Shortest and longest focal length that is tried, in diagonals, and how many.
 const RANGE: [f64; 2] = [0.3, 3.0];
 const STEPS: u32 = 60;
-/// Between the focal lengths to start from. Of a real set without any, bundle adjustment knows minima at 1130, 1310 and 1520 pixels: what
-/// the first and the last of them cost is a third of what the second does.
+/// Between the focal lengths to start from. Of a real set without any, bundle adjustment knows minima at 1130, 1310 and 1520 pixels: of
+/// mean square errors of 1.4, 4.5 and 1.1 px².
 const START_RATIO: f64 = 1.2;
 /// Standard deviation of the relative difference of singular values that should be equal.
 const GAP: f64 = 0.02;

@@ -5,13 +5,14 @@ use std::borrow::Cow;
 use super::align::ManyAlignment;
 use super::memory::Budget;
 use super::placement::Placement;
-use super::reduced::{ReducedPhotos, can_be_halved, factor, reduced_sizes, resampled};
+use super::reduced::{ReducedPhotos, can_be_halved, reduced_sizes};
 use super::result::{Photo, PhotoCode, PhotoReport};
 use super::undistorted::UndistortedPhoto;
 use crate::geometry::Undistortion;
 use crate::mosaic::{Added, Composition, Layer, crop};
 use crate::observer::{Observer, Portion, Subject};
 use crate::pipeline::align::void_distance;
+use crate::pipeline::halved::factor;
 use crate::pipeline::options::Options;
 use crate::pipeline::timer::StageTimer;
 use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
@@ -166,9 +167,7 @@ impl Drawing<'_> {
 
     /// The depth of a photo, without distortion.
     fn depth(&self, photo: usize) -> Result<Option<Cow<'_, InverseDepth>>> {
-        let Placement { factor, sizes, .. } = self.placement;
-        let Some(map) = self.alignment.depth(photo) else { return Ok(None) };
-        Ok(Some(if *factor == 1.0 { Cow::Borrowed(map) } else { Cow::Owned(resampled(map, sizes[photo], *factor)?) }))
+        self.alignment.depth(photo).map(|map| self.placement.depth(Cow::Borrowed(map), photo)).transpose()
     }
 
     /// Adds a photo; `None` when nothing of it is visible.

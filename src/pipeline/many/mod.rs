@@ -39,6 +39,7 @@ pub(crate) use graph::MatchedPhotos;
 pub use graph::PhotoPair;
 pub use result::{Photo, PhotoCode, PhotoMap, PhotoReport, StitchedMany};
 
+use super::halved::factor;
 use super::options::Options;
 use super::picture::Size;
 use super::timer::StageTimer;
@@ -53,7 +54,7 @@ use check::check;
 use drawing::{Drawn, draw_as_large_as_fits};
 use exposure::joint_gains;
 use placement::Placement;
-use reduced::{ReducedPhotos, factor, options_for};
+use reduced::{ReducedPhotos, options_for};
 use undistorted::UndistortedPhotos;
 use visible::VisiblePhotos;
 

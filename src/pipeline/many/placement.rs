@@ -1,5 +1,7 @@
 //! Where aligned photos belong, in pixels of photos of another size.
 
+use std::borrow::Cow;
+
 use super::align::ManyAlignment;
 use super::picture::ManyPicture;
 use super::reduced::resampled;
@@ -7,7 +9,7 @@ use super::result::{Photo, PhotoMap};
 use super::undistorted::UndistortedPhoto;
 use crate::geometry::{MultiView, Undistortion};
 use crate::pipeline::picture::Size;
-use crate::{Error, Result};
+use crate::{Error, InverseDepth, Result};
 
 /// The geometry of the photos and the picture of them, at some size.
 #[derive(Debug, Clone)]
@@ -53,6 +55,17 @@ impl Placement {
         Some((width, height))
     }
 
+    /// The depth of an aligned photo, at the size that it has here.
+    ///
+    /// # Errors
+    /// `out-of-memory`.
+    pub fn depth<'a>(&self, map: Cow<'a, InverseDepth>, photo: usize) -> Result<Cow<'a, InverseDepth>> {
+        if self.factor == 1.0 {
+            return Ok(map);
+        }
+        Ok(Cow::Owned(resampled(&map, self.sizes[photo], self.factor)?))
+    }
+
     /// Where the pixels of a photo belong, with its depth, which is taken from the alignment; `given` is the photo with the distortion of its lens.
     ///
     /// # Errors
@@ -60,10 +73,8 @@ impl Placement {
     pub fn take_map(&self, alignment: &mut ManyAlignment, photo: usize, given: &Photo<'_>) -> Result<Option<PhotoMap>> {
         let pairs = [[photo, alignment.reference], [alignment.reference, photo]];
         let [Some(forward), Some(reverse)] = pairs.map(|pair| self.geometry.model(pair)) else { return Ok(None) };
-        let depth = match alignment.depths[photo].take() {
-            Some(depth) if self.factor != 1.0 => Some(resampled(&depth.map, self.sizes[photo], self.factor)?),
-            depth => depth.map(|depth| depth.map),
-        };
+        let depth = alignment.depths[photo].take();
+        let depth = depth.map(|depth| self.depth(Cow::Owned(depth.map), photo)).transpose()?.map(Cow::into_owned);
         let undistorted = |distortion| UndistortedPhoto::of(&Photo { depth: None, ..*given }, distortion);
         let undistorted = alignment.distortion.map(undistorted).transpose()?.map(UndistortedPhoto::into_image);
         Ok(Some(PhotoMap { forward, reverse, depth, undistorted }))

@@ -3,17 +3,12 @@
 use super::ManyOptions;
 use super::result::Photo;
 use crate::image::reserve;
-use crate::pipeline::halved::{half, half_size, reduced_options};
+use crate::pipeline::halved::{factor, half, half_size, reduced_options};
 use crate::pipeline::picture::Size;
 use crate::{Image, ImageView, InverseDepth, Result};
 
 /// No side becomes shorter.
 const SHORTEST: usize = 120;
-
-/// How many times as wide and high photos were before so many halvings.
-pub(super) fn factor(halvings: u32) -> f64 {
-    f64::from(1u32 << halvings)
-}
 
 /// The size of a photo after so many halvings.
 fn reduced_size(size: Size, halvings: u32) -> Size {
