@@ -5,7 +5,7 @@ use wide::f32x4;
 
 use super::bilinear::{Bilinear, in_cells};
 use super::misalignment::Border;
-use super::straightness::curvature;
+use super::straightness::straightness;
 use crate::features::LineSegment;
 use crate::geometry::{MOST_ANISOTROPY, Model, log_singular_value_ratio};
 use crate::image::reserve;
@@ -23,10 +23,11 @@ const TEXTURE: f64 = 8.0;
 const GAINS: [f64; 2] = [0.25, 4.0];
 /// Bending beyond this is all the same.
 const MOST_BENDING: f64 = 0.1;
-/// What a unit of bending, of the curvature of straight lines, and a level of difference at the seam count, next to a unit of anisotropy. Tuned by eye
-/// on 37 real pairs, both ways round, and that of lines on 50 more.
+/// What a unit of bending, of the curvature of straight lines, all of them looking bent, and a level of difference at the seam count, next to a unit of
+/// anisotropy. Tuned by eye on 37 real pairs, both ways round, and those of lines on 50 more.
 const BENDING_WEIGHT: f64 = 5.0;
 const LINE_WEIGHT: f64 = 10.0;
+const BENT_WEIGHT: f64 = 0.5;
 const STEP_WEIGHT: f64 = 0.075;
 /// The same of misalignment at the border of the overlap, as a share of the reference's diagonal. Tuned by eye on 54 real pairs: at twice the weight lamps and
 /// cars lean, at none what stands on the border is joined badly.
@@ -47,6 +48,16 @@ pub(super) struct Prediction {
     squares: Vec<(usize, [f64; 2])>,
     /// Share of each cell's bending that is seen.
     texture: Vec<f64>,
+}
+
+/// How unnatural a mosaic would look.
+#[derive(Clone, Copy)]
+pub(super) struct Flaws {
+    /// The sum of anisotropy, bending and curvature of straight lines where the target shows, of the difference at the seam and of misalignment, each
+    /// with its weight. 0 is perfect.
+    pub sum: f64,
+    /// At the border of the overlap, as a share of the reference's diagonal.
+    pub misalignment: f64,
 }
 
 /// Mean colours of a photo's squares of `side` pixels, NaN where one of them is masked.
@@ -136,10 +147,8 @@ impl Prediction {
         Ok(found)
     }
 
-    /// How unnatural the mosaic would look with this model and the target's inverse depth `depth` at x, y: the sum of anisotropy,
-    /// bending and curvature of straight lines where the target shows, of the difference at the seam and of misalignment at the border of the
-    /// overlap, each with its weight. 0 is perfect.
-    pub fn flaws(&self, model: &Model, depth: &dyn Fn([f64; 2]) -> f64) -> Result<f64> {
+    /// How unnatural the mosaic would look with this model and the target's inverse depth `depth` at x, y.
+    pub fn flaws(&self, model: &Model, depth: &dyn Fn([f64; 2]) -> f64) -> Result<Flaws> {
         let place = |[x, y]: [f64; 2]| model.project(x, y, depth([x, y]));
         let corner =
             |i: usize| place([i % (self.columns + 1), i / (self.columns + 1)].map(|i| (i * self.cell) as f64 - 0.5));
@@ -156,10 +165,11 @@ impl Prediction {
             let [x, y] = point.map(|p| (p + 0.5) as usize / self.cell);
             x < self.columns && y < self.rows && shown[y * self.columns + x]
         };
-        let bent = curvature(&self.lines, &|point| place(point).filter(|_| shows(point)));
-        let misaligned = self.border.misalignment(&place);
+        let lines = straightness(&self.lines, &place, &shows);
+        let misalignment = self.border.misalignment(&place);
         let steps = self.steps(&choices, &shown);
-        Ok(distortion + LINE_WEIGHT * bent + STEP_WEIGHT * steps + MISALIGNMENT_WEIGHT * misaligned)
+        let lines = LINE_WEIGHT * lines.curvature + BENT_WEIGHT * lines.bent;
+        Ok(Flaws { sum: distortion + lines + STEP_WEIGHT * steps + MISALIGNMENT_WEIGHT * misalignment, misalignment })
     }
 
     /// Where a cell lands, by the `corners` of all.
@@ -310,7 +320,7 @@ mod tests {
         let shifted = |x: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let flaws = |h: Matrix3<f64>, depth: &dyn Fn([f64; 2]) -> f64| {
             let model = Model { h, e: Vector3::new(10.0, 0.0, 0.0) };
-            prediction.flaws(&model, depth).unwrap()
+            prediction.flaws(&model, depth).unwrap().sum
         };
         let flat = |_: [f64; 2]| 0.0;
         assert!(flaws(shifted(-80.0), &flat) < 0.01, "{}", flaws(shifted(-80.0), &flat));
@@ -321,10 +331,10 @@ mod tests {
         assert!(flaws(shifted(-80.0), &wave) > 0.1);
         // The same is a larger flaw where it bends a straight line, but for one along the parallax.
         let upwards = Model { h: shifted(-80.0), e: Vector3::new(0.0, 10.0, 0.0) };
-        let [without, with] = [&prediction, &with_line].map(|p| p.flaws(&upwards, &wave).unwrap());
+        let [without, with] = [&prediction, &with_line].map(|p| p.flaws(&upwards, &wave).unwrap().sum);
         assert!(with > without + 0.1, "{with} {without}");
         let sideways = Model { h: shifted(-80.0), e: Vector3::new(10.0, 0.0, 0.0) };
-        let [without, with] = [&prediction, &with_line].map(|p| p.flaws(&sideways, &wave).unwrap());
+        let [without, with] = [&prediction, &with_line].map(|p| p.flaws(&sideways, &wave).unwrap().sum);
         assert!((with - without).abs() < 1e-9, "{with} {without}");
     }
 }

@@ -4,25 +4,45 @@ use crate::features::LineSegment;
 
 /// Points of a line that are looked at, and the fewest that have to show.
 const POINTS: usize = 9;
-const FEWEST: usize = 5;
+const FEWEST: usize = 2;
 /// Lines that curve more are all the same.
 const MOST: f64 = 0.1;
+/// From the first on a line starts to look bent, and from the second on it does: a kink of 2° in its middle is between them.
+const BENT: [f64; 2] = [0.006, 0.012];
 
-/// By how much straight lines would curve: the mean of how wide a strip holds the image of each, as a share of its length, weighted by how long
-/// it is. `place` says where a point lands, `None` where it does not show.
-pub(super) fn curvature(lines: &[LineSegment], place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>) -> f64 {
-    let (mut sum, mut total) = (0.0, 0.0);
+/// How straight lines come out, as means over all that show, weighted by the length that does.
+pub(super) struct Straightness {
+    /// How wide a strip holds the image of a line, as a share of its length.
+    pub curvature: f64,
+    /// The share that looks bent.
+    pub bent: f64,
+}
+
+/// By how much straight lines would curve: where a line shows in part, the other photo shows the rest, and a kink between them is seen. `place` says
+/// where a point lands, and `shows` whether it is this photo that shows there.
+pub(super) fn straightness(
+    lines: &[LineSegment],
+    place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>,
+    shows: &dyn Fn([f64; 2]) -> bool,
+) -> Straightness {
+    let (mut curvature, mut bent, mut total) = (0.0, 0.0, 0.0);
     for line in lines {
         let [[x, y], [u, v]] = [line.start, line.end];
         let along = (0..POINTS).map(|k| k as f64 / (POINTS - 1) as f64);
-        let places: Vec<_> = along.filter_map(|t| place([x + (u - x) * t, y + (v - y) * t])).collect();
-        if let (true, [first, .., last]) = (places.len() >= FEWEST, &places[..]) {
-            let length = line.length() * places.len() as f64 / POINTS as f64;
-            sum += length * strip(*first, *last, &places).min(MOST);
+        let points = along.map(|t| [x + (u - x) * t, y + (v - y) * t]);
+        let shown = points.clone().filter(|point| shows(*point)).count();
+        let places: Vec<_> = points.filter_map(place).collect();
+        if let (true, [first, .., last]) = (shown >= FEWEST, &places[..]) {
+            let length = line.length() * shown as f64 / POINTS as f64;
+            let strip = strip(*first, *last, &places).min(MOST);
+            let [from, to] = BENT;
+            curvature += length * strip;
+            bent += length * ((strip - from) / (to - from)).clamp(0.0, 1.0);
             total += length;
         }
     }
-    if total > 0.0 { sum / total } else { 0.0 }
+    let mean = |sum: f64| if total > 0.0 { sum / total } else { 0.0 };
+    Straightness { curvature: mean(curvature), bent: mean(bent) }
 }
 
 /// How wide the strip along the chord from `first` to `last` is that holds all `places`, as a share of the chord.
@@ -49,15 +69,20 @@ mod tests {
     fn an_arc_curves_by_its_sagitta_and_a_perspective_image_of_a_line_does_not() {
         let lines = [line([0.0, 0.0], [100.0, 0.0]), line([10.0, 50.0], [90.0, 20.0])];
         let perspective = |[x, y]: [f64; 2]| Some([x / (1.0 + 0.002 * y), (y + 0.3 * x) / (1.0 + 0.002 * y)]);
-        assert!(curvature(&lines, &perspective) < 1e-12);
-        // A parabola through the ends that is 4 beside the middle of the chord of 100.
-        let arc = |[x, y]: [f64; 2]| Some([x, y + x * (100.0 - x) / 625.0]);
-        assert!((curvature(&lines[..1], &arc) - 0.04).abs() < 1e-12);
-        // Its half that shows curves by a quarter of that, on a chord of half the length.
-        let half = |point: [f64; 2]| arc(point).filter(|_| point[0] <= 50.0);
-        let chord = (50.0f64 * 50.0 + 16.0).sqrt();
-        assert!((curvature(&lines[..1], &half) - 50.0 / (chord * chord)).abs() < 1e-3);
+        let straight = straightness(&lines, &perspective, &|_| true);
+        assert!(straight.curvature < 1e-12 && straight.bent == 0.0);
+        // A parabola through the ends, so far beside the middle of the chord of 100.
+        let arc = |sagitta: f64| move |[x, y]: [f64; 2]| Some([x, y + sagitta * x * (100.0 - x) / 2500.0]);
+        for (sagitta, bent) in [(4.0, 1.0), (0.9, 0.5), (0.5, 0.0)] {
+            let found = straightness(&lines[..1], &arc(sagitta), &|_| true);
+            assert!((found.curvature - 0.01 * sagitta).abs() < 1e-12 && (found.bent - bent).abs() < 1e-9, "{sagitta}");
+        }
+        // The other photo shows the rest of what shows in part, and counts less.
+        let found = straightness(&lines, &arc(4.0), &|point| point[0] <= 20.0 || point[1] > 10.0);
+        let [part, whole] = [2.0 / 9.0 * 100.0, lines[1].length()];
+        let other = straightness(&lines[1..], &arc(4.0), &|_| true);
+        assert!((found.curvature - (part * 0.04 + whole * other.curvature) / (part + whole)).abs() < 1e-12);
         // One of which too little shows counts as none.
-        assert_eq!(curvature(&lines[..1], &|point| arc(point).filter(|_| point[0] <= 40.0)), 0.0);
+        assert_eq!(straightness(&lines[..1], &arc(4.0), &|point| point[0] <= 10.0).curvature, 0.0);
     }
 }
