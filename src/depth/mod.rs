@@ -18,7 +18,7 @@ pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};
 pub use surface::{Extrapolation, SurfaceShape};
-pub(crate) use surface::{OtherView, Surface, sample_grid, sample_step, sample_weight, segments};
+pub(crate) use surface::{OtherView, PhotoLines, Surface, sample_grid, sample_step, sample_weight};
 pub use transfer::{derive_depth, derive_missing};
 pub(crate) use two_view::{SECOND_MAP, dense, reference_map, target_map};
 pub use two_view::{TwoView, two_view};

@@ -39,14 +39,31 @@ pub(super) struct Line {
 
 /// The straight lines of a photo that are long enough to take part: each from end to end with `join`, or its longest parts.
 pub(crate) fn segments(photo: ImageView<'_>, join: bool) -> Result<Vec<LineSegment>> {
-    let diagonal = diagonal(photo.size());
-    let min_length = if join { PART } else { SHORTEST } * diagonal;
+    let min_length = if join { PART } else { SHORTEST } * diagonal(photo.size());
     let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;
-    if !join {
-        return Ok(segments);
+    Ok(if join { joined(segments, photo.size()) } else { segments })
+}
+
+/// Both the longest parts of the straight lines of a photo and the lines from end to end.
+pub(crate) struct PhotoLines {
+    pub parts: Vec<LineSegment>,
+    pub joined: Vec<LineSegment>,
+}
+
+impl PhotoLines {
+    pub fn of(photo: ImageView<'_>) -> Result<Self> {
+        let size = photo.size();
+        let min_length = PART * diagonal(size);
+        let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;
+        let long = |segment: &&LineSegment| segment.length() >= SHORTEST * diagonal(size);
+        Ok(Self { parts: segments.iter().filter(long).copied().collect(), joined: joined(segments, size) })
     }
-    let [shortest, tolerance, gap] = [SHORTEST, TOLERANCE, GAP].map(|share| share * diagonal);
-    Ok(join_collinear(segments, shortest, tolerance, gap))
+}
+
+/// Lines of a photo of this size from end to end, but for those that are short.
+fn joined(segments: Vec<LineSegment>, size: (usize, usize)) -> Vec<LineSegment> {
+    let [shortest, tolerance, gap] = [SHORTEST, TOLERANCE, GAP].map(|share| share * diagonal(size));
+    join_collinear(segments, shortest, tolerance, gap)
 }
 
 /// Samples along both sides of the segments, each of this weight: there the values, less `target` of the point, are affine. With `upright`, what

@@ -17,7 +17,7 @@ use crate::statistics::median;
 use crate::{Error, ImageView, InverseDepth, Result};
 use background::background;
 use lines::Line;
-pub(crate) use lines::segments;
+pub(crate) use lines::{PhotoLines, segments};
 use mesh::{Mesh, Term};
 use samples::Samples;
 use solve::System;

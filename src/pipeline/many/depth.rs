@@ -5,14 +5,11 @@ use super::ManyWorkers;
 use super::carried::carried;
 use super::given::given_depth;
 use super::planes::plane_depth_of;
+use super::surface::surface;
 use super::views::Views;
-use crate::depth::{
-    Extrapolation, KnownDepth, OtherView, Prior, RefineOptions, Refined, SurfaceShape, dense, refine_prior, segments,
-};
-use crate::features::LineSegment;
+use crate::depth::{KnownDepth, OtherView, PhotoLines, Prior, RefineOptions, Refined, dense, refine_prior};
 use crate::geometry::{DepthSample, Model, MultiView, MultiViewKind, PairLink, dominant_plane, plane_depth};
 use crate::image::{filled, reserve};
-use crate::metrics::bending;
 use crate::observer::{Observer, Portion, Subject};
 use crate::rect::diagonal;
 use crate::statistics::median;
@@ -37,10 +34,6 @@ const MOST_MATCHES: usize = 500;
 const SAMPLES: usize = 1500;
 /// Fewer landmarks are no surface.
 const FEWEST: usize = 20;
-/// A surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane. Tuned on pairs.
-const MOST_BENDING: f64 = 1.3;
-/// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
-const RELIEF: f64 = 0.7;
 
 /// Points of a photo and inverse depth there.
 type Places = Vec<([f64; 2], f64)>;
@@ -61,8 +54,7 @@ struct Found<'a> {
     map: Option<&'a InverseDepth>,
     /// Carried over from other photos.
     carried: Places,
-    /// Straight lines of the photo.
-    lines: &'a [LineSegment],
+    lines: &'a PhotoLines,
 }
 
 /// A neighbour that is worth a comparison.
@@ -91,7 +83,7 @@ pub(super) async fn depths(
     let mut depths: Vec<Option<PhotoDepth>> = vec![None; photos.len()];
     let Some(&reference) = used.first() else { return Ok(depths) };
     let mut known: Vec<Option<InverseDepth>> = vec![None; photos.len()];
-    let mut lines: Vec<Option<Vec<LineSegment>>> = vec![None; photos.len()];
+    let mut lines_of: Vec<Option<PhotoLines>> = photos.iter().map(|_| None).collect();
     let share = PRIORS / used.len() as f32;
     for (i, &photo) in used.iter().enumerate() {
         observer.subject(Subject::Photo(photo));
@@ -139,11 +131,11 @@ pub(super) async fn depths(
                     None => (None, Vec::new()),
                 };
                 let (map, carried) = (found.0.as_ref().or(known[photo].as_ref()), found.1);
-                if lines[photo].is_none() {
-                    // Not joined: see `KnownDepth::new`.
-                    lines[photo] = Some(segments(photos[photo], false)?);
-                }
-                let lines = lines[photo].as_deref().unwrap_or_default();
+                let lines = match lines_of[photo].take() {
+                    Some(lines) => lines,
+                    None => PhotoLines::of(photos[photo])?,
+                };
+                let lines = lines_of[photo].insert(lines);
                 complete(own, Found { map, carried, lines }, photo, others, photos, geometry, &mut portion)?;
             }
             done += 1.0;
@@ -204,8 +196,9 @@ fn complete(
     let map = map.unwrap_or(&own.map).map_indexed(|_, d| d)?;
     let carried = carried.into_iter().map(|(point, depth)| DepthSample::new(&model, point, depth)).collect();
     let image = photos[photo];
-    let mut known = KnownDepth::and_samples(map, carried, (image, lines), OtherView::new(&model, size), observer)?;
-    if let Some(surface) = surface(&mut known, &view, reference)? {
+    let mut known =
+        KnownDepth::and_samples(map, carried, (image, &lines.parts), OtherView::new(&model, size), observer)?;
+    if let Some(surface) = surface(&mut known, &lines.joined, &view, reference)? {
         own.map = surface;
     }
     Ok(())
@@ -345,21 +338,4 @@ fn add(known: &mut Option<InverseDepth>, depth: &InverseDepth, reliable: &Mask, 
     }));
     *known = Some(InverseDepth::from_values(values, width, height));
     Ok(())
-}
-
-/// A surface through what is known: where going on would bend the picture too much in the reference's view, as a plane.
-fn surface(known: &mut KnownDepth<'_>, view: &Model, reference: (usize, usize)) -> Result<Option<InverseDepth>> {
-    let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
-        let shape = SurfaceShape { extrapolation, ..SurfaceShape::default() };
-        let Some(map) = known.map(shape)? else { return Ok(None) };
-        Ok(Some((bending(map.size(), view, Some(&map), reference)?.unwrap_or(0.0), map)))
-    };
-    let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
-    if bent > MOST_BENDING
-        && let Some((less, plane)) = completed(Extrapolation::Plane)?
-        && less < RELIEF * bent
-    {
-        return Ok(Some(plane));
-    }
-    Ok(Some(surface))
 }

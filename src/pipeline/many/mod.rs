@@ -24,6 +24,7 @@ mod plane_parts;
 mod planes;
 mod reduced;
 mod result;
+mod surface;
 mod undistorted;
 mod view;
 mod views;

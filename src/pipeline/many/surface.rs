@@ -1,0 +1,133 @@
+//! The smooth surface through what is known of a photo's depth: how it goes on beyond that, and how stiff it is.
+
+use nalgebra::Vector3;
+
+use crate::depth::{Extrapolation, KnownDepth, SurfaceShape};
+use crate::features::LineSegment;
+use crate::geometry::{DepthSample, Model};
+use crate::metrics::bending;
+use crate::pipeline::straightness::straightness;
+use crate::rect::diagonal;
+use crate::{InverseDepth, Result};
+
+/// A surface that bends the outside by more than this, in per cent of the diagonal, had better be a plane. Tuned on pairs.
+const MOST_BENDING: f64 = 1.3;
+/// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
+const RELIEF: f64 = 0.7;
+/// Where more than this share of the straight lines looks bent, as where thin things are far in front of others, stiffer surfaces are tried.
+const MOST_BENT: f64 = 0.02;
+const STIFFER: [f64; 2] = [16.0, 64.0];
+/// A stiffer surface is better that leaves less than this share of it, and aligns less by no more than this share of the diagonal. Tuned on 11 sets.
+const LESS_BENT: f64 = 0.5;
+const MISALIGNED: f64 = 0.0004;
+/// Misalignment beyond this share is all the same.
+const MOST_MISALIGNED: f64 = 0.004;
+
+/// The surface through what is known of a photo that has these straight `lines`. `view` leads to the reference, which has the size `reference`.
+pub(super) fn surface(
+    known: &mut KnownDepth<'_>,
+    lines: &[LineSegment],
+    view: &Model,
+    reference: (usize, usize),
+) -> Result<Option<InverseDepth>> {
+    let Some(first) = surface_of(known, 1.0, view, reference)? else { return Ok(None) };
+    let Some(back) = view.h.try_inverse() else { return Ok(Some(first)) };
+    let baseline = back * view.e;
+    // From where the reference was taken, in the photo's own direction.
+    let bent = |map: &InverseDepth| {
+        let place = |[x, y]: [f64; 2]| {
+            let [u, v, w] = (Vector3::new(x, y, 1.0) + baseline * map.sample(x, y)).into();
+            (w > 0.0).then(|| [u / w, v / w])
+        };
+        straightness(lines, &place, &|_| true).bent
+    };
+    let mut least = bent(&first);
+    if least <= MOST_BENT {
+        return Ok(Some(first));
+    }
+    let (samples, size) = (known.samples()?, known.other().size);
+    let bound = misalignment(&first, &samples, size) + MISALIGNED;
+    let mut best = first;
+    for stiffness in STIFFER {
+        let Some(other) = surface_of(known, stiffness, view, reference)? else { continue };
+        let left = bent(&other);
+        if left < LESS_BENT * least && misalignment(&other, &samples, size) < bound {
+            (least, best) = (left, other);
+        }
+    }
+    Ok(Some(best))
+}
+
+/// The mean distance of the samples from where the map says, in the other photo and as a share of its diagonal.
+fn misalignment(map: &InverseDepth, samples: &[DepthSample], size: (usize, usize)) -> f64 {
+    let distance = |s: &DepthSample| {
+        let [x, y] = s.point;
+        ((map.sample(x, y) - s.depth) * s.parallax).abs() / diagonal(size)
+    };
+    samples.iter().map(|sample| distance(sample).min(MOST_MISALIGNED)).sum::<f64>() / samples.len().max(1) as f64
+}
+
+/// A surface of this stiffness: where going on would bend the picture too much in the reference's view, as a plane.
+fn surface_of(
+    known: &mut KnownDepth<'_>,
+    stiffness: f64,
+    view: &Model,
+    reference: (usize, usize),
+) -> Result<Option<InverseDepth>> {
+    let mut completed = |extrapolation| -> Result<Option<(f64, InverseDepth)>> {
+        let shape = SurfaceShape { stiffness, extrapolation, ..SurfaceShape::default() };
+        let Some(map) = known.map(shape)? else { return Ok(None) };
+        Ok(Some((bending(map.size(), view, Some(&map), reference)?.unwrap_or(0.0), map)))
+    };
+    let Some((bent, surface)) = completed(Extrapolation::Surface)? else { return Ok(None) };
+    if bent > MOST_BENDING
+        && let Some((less, plane)) = completed(Extrapolation::Plane)?
+        && less < RELIEF * bent
+    {
+        return Ok(Some(plane));
+    }
+    Ok(Some(surface))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::Image;
+    use crate::depth::OtherView;
+
+    const SIZE: (usize, usize) = (320, 240);
+    /// By how many pixels a unit of inverse depth moves.
+    const ASIDE: f64 = 100.0;
+    /// A post.
+    const POST: LineSegment = LineSegment { start: [160.0, 20.0], end: [160.0, 220.0], width: 1.0, significance: 1.0 };
+
+    /// How much of the post looks bent with the surface, and how many pixels of parallax its middle has, where it has 8 more than all else, and what
+    /// is nearer than `reach` pixels with it.
+    fn post(reach: f64) -> (f64, f64) {
+        let photo = Image::new(vec![128; 4 * SIZE.0 * SIZE.1], SIZE.0, SIZE.1).unwrap();
+        let model = Model { h: Matrix3::identity(), e: Vector3::new(ASIDE, 0.0, 0.0) };
+        let parallax = |i: usize| {
+            let [x, y] = [i % SIZE.0, i / SIZE.0].map(|v| v as f64);
+            let squared = ((x - 160.0) * (x - 160.0) + (y - 120.0) * (y - 120.0)) / (reach * reach);
+            2.0 + 8.0 * (-squared).exp()
+        };
+        let values = (0..SIZE.0 * SIZE.1).map(|i| (parallax(i) / ASIDE) as f32).collect();
+        let map = InverseDepth::from_values(values, SIZE.0, SIZE.1);
+        let other = OtherView::new(&model, SIZE);
+        let mut known = KnownDepth::and_samples(map, Vec::new(), (photo.view(), &[]), other, &mut ()).unwrap();
+        let surface = surface(&mut known, &[POST], &model, SIZE).unwrap().unwrap();
+        let place = |[x, y]: [f64; 2]| model.project(x, y, surface.sample(x, y));
+        (straightness(&[POST], &place, &|_| true).bent, ASIDE * surface.sample(160.0, 120.0))
+    }
+
+    #[test]
+    fn a_post_stays_straight_where_little_is_misaligned_by_that() {
+        let (bent, middle) = post(20.0);
+        assert!(bent == 0.0 && middle < 3.0, "{bent} {middle}");
+        let (bent, middle) = post(80.0);
+        assert!(bent == 1.0 && middle > 9.0, "{bent} {middle}");
+    }
+}
