@@ -4,7 +4,9 @@
 use super::misalignment::Border;
 use super::models::{fit_homography, if_possible};
 use super::options::Options;
+use super::picture::{Picture, Placed};
 use super::prediction::{Flaws, Prediction};
+use super::projected::picture_of;
 use crate::depth::{
     CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
     complete_reference_depth,
@@ -61,7 +63,10 @@ pub(super) fn complete(
     let mut known =
         KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
     let border = Border::new(&known, &target_matches, sizes[0], other)?;
-    let prediction = Prediction::new(photos, known.segments().to_vec(), border)?;
+    let depth = median(target_matches.iter().map(|sample| sample.depth).collect()).unwrap_or(0.0);
+    let placed = [Placed { size: sizes[0], model: geometry.forward, depth }, Placed::reference(sizes[1])];
+    let picture = picture_of(placed, geometry, matches, options);
+    let prediction = Prediction::new(photos, known.segments().to_vec(), border, picture)?;
     let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
     };
@@ -94,7 +99,7 @@ pub(super) fn better_rotation(
 ) -> Result<Option<Estimate>> {
     let Some(rotated) = pure_rotation(matches, photos.map(|photo| photo.size()), focal) else { return Ok(None) };
     // A homography leaves straight lines straight, and there is no depth to miss at the border of the overlap.
-    let prediction = Prediction::new(photos, Vec::new(), Border::default())?;
+    let prediction = Prediction::new(photos, Vec::new(), Border::default(), Picture::plane())?;
     let flaws = prediction.flaws(homography, &|_| 0.0)?.sum;
     better_homography(&prediction, flaws, [(Some(rotated), rotation_lead)])
 }

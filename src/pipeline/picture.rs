@@ -146,21 +146,21 @@ impl Picture {
         self.surface.map(moved)
     }
 
-    /// Where a photo's pixels appear, by their inverse depth.
-    fn place(&self, placed: &Placed) -> impl Fn([f64; 2], f64) -> Option<[f64; 2]> {
-        let (model, surface) = (Model { h: self.turn * placed.model.h, e: self.turn * placed.model.e }, self.surface);
+    /// Where the pixels of a photo appear, by their inverse depth; `model` leads to the reference.
+    pub fn place(&self, model: &Model) -> impl Fn([f64; 2], f64) -> Option<[f64; 2]> + use<> {
+        let (model, surface) = (Model { h: self.turn * model.h, e: self.turn * model.e }, self.surface);
         move |point, depth| project(surface.as_ref(), &model, point, depth)
     }
 
     /// Mean [`anisotropy`] of a photo with the inverse depth that a point has.
     pub fn anisotropy(&self, photo: &Placed, depth: impl Fn([f64; 2]) -> f64) -> f64 {
-        let place = self.place(photo);
+        let place = self.place(&photo.model);
         anisotropy(photo.size, &|x, y| place([x, y], depth([x, y]))).unwrap_or(0.0)
     }
 
     /// About where a photo appears: smallest and largest x and y. `None` where part of it is behind the plane.
     pub fn bounds(&self, photo: &Placed) -> Option<[i64; 4]> {
-        let place = self.place(photo);
+        let place = self.place(&photo.model);
         let mut bounds = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
         for point in grid_points(photo.size, POINTS) {
             let [x, y] = place(point, photo.depth)?;
@@ -189,7 +189,7 @@ impl Picture {
         points: impl Iterator<Item = [f64; 2]>,
         depth: impl Fn([f64; 2]) -> f64,
     ) -> Vec<f64> {
-        let place = self.place(photo);
+        let place = self.place(&photo.model);
         let place = |point: [f64; 2]| place(point, depth(point));
         let area = |[x, y]: [f64; 2]| {
             let (a, b, c) = (place([x, y])?, place([x + 1.0, y])?, place([x, y + 1.0])?);

@@ -5,6 +5,7 @@ use wide::f32x4;
 
 use super::bilinear::{Bilinear, in_cells};
 use super::misalignment::Border;
+use super::picture::Picture;
 use super::straightness::straightness;
 use crate::features::LineSegment;
 use crate::geometry::{MOST_ANISOTROPY, Model, log_singular_value_ratio};
@@ -40,6 +41,8 @@ pub(super) struct Prediction {
     /// Straight lines of the target.
     lines: Vec<LineSegment>,
     border: Border,
+    /// What the mosaic is shown on.
+    picture: Picture,
     /// Of the target: cells a row, rows, and pixels along a cell's side.
     columns: usize,
     rows: usize,
@@ -129,8 +132,14 @@ impl Footprint {
 }
 
 impl Prediction {
-    /// Of the `lines` of the target, those are to stay straight that show; what is known near the `border` of the overlap is to be aligned.
-    pub fn new([target, reference]: [ImageView<'_>; 2], lines: Vec<LineSegment>, border: Border) -> Result<Self> {
+    /// Of the `lines` of the target, those are to stay straight that show; what is known near the `border` of the overlap is to be aligned; and how much
+    /// things lean and bend is what is seen of it in the `picture`: on the plane whatever is far to the side leans.
+    pub fn new(
+        [target, reference]: [ImageView<'_>; 2],
+        lines: Vec<LineSegment>,
+        border: Border,
+        picture: Picture,
+    ) -> Result<Self> {
         let cell = ((target.width() * target.height()) as f64 / CELLS as f64).sqrt();
         let side = ((SQUARE * cell.sqrt()) as usize).max(1);
         let squares = ((cell / side as f64) as usize).max(1);
@@ -141,7 +150,8 @@ impl Prediction {
         let within = |i: usize| (i as f64 + 0.5) / squares as f64;
         let square = |i: usize| (i / squares * target.columns + i % squares, [i % squares, i / squares].map(within));
         let squares = (0..squares * squares).map(square).collect();
-        let mut found = Self { lines, border, cell, squares, target, reference, columns, rows, texture: Vec::new() };
+        let mut found =
+            Self { lines, border, picture, cell, squares, target, reference, columns, rows, texture: Vec::new() };
         let cells = 0..columns * rows;
         found.texture = cells.map(|cell| (found.deviation(cell) / TEXTURE).min(1.0)).collect();
         Ok(found)
@@ -159,7 +169,13 @@ impl Prediction {
         let choices = footprints.iter().enumerate().map(|(cell, print)| self.choice(cell, gains, *print));
         let choices: Vec<Choice> = choices.collect();
         let shown = predict_seam(&choices, self.columns)?;
-        let places = footprints.iter().map(|print| Some(print.as_ref()?.at([0.5, 0.5])));
+        let middle =
+            |cell: usize| [cell % self.columns, cell / self.columns].map(|i| (i as f64 + 0.5) * self.cell as f64 - 0.5);
+        let appears = self.picture.place(model);
+        let places = (0..footprints.len()).map(|cell| match self.picture.surface {
+            None => Some(footprints[cell].as_ref()?.at([0.5, 0.5])),
+            Some(_) => appears(middle(cell), depth(middle(cell))),
+        });
         let distortion = self.distortion(&places.collect::<Vec<_>>(), &shown);
         let shows = |point: [f64; 2]| {
             let [x, y] = point.map(|p| (p + 0.5) as usize / self.cell);
@@ -298,8 +314,10 @@ impl Prediction {
 mod tests {
     use nalgebra::{Matrix3, Vector3};
 
+    use super::super::picture::{Placed, Viewer};
     use super::*;
     use crate::Image;
+    use crate::warp::Projection;
 
     /// Noise of 16 levels that is the same in every square of four pixels, a part of a scene from `left` on.
     fn photo(left: usize) -> Image {
@@ -315,8 +333,9 @@ mod tests {
     fn what_differs_leans_or_bends_is_a_flaw() {
         let (target, reference) = (photo(0), photo(80));
         let line = LineSegment { start: [4.0, 80.0], end: [76.0, 80.0], width: 1.0, significance: 1.0 };
-        let [prediction, with_line] = [vec![], vec![line]]
-            .map(|lines| Prediction::new([target.view(), reference.view()], lines, Border::default()).unwrap());
+        let [prediction, with_line] = [vec![], vec![line]].map(|lines| {
+            Prediction::new([target.view(), reference.view()], lines, Border::default(), Picture::plane()).unwrap()
+        });
         let shifted = |x: f64| Matrix3::new(1.0, 0.0, x, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let flaws = |h: Matrix3<f64>, depth: &dyn Fn([f64; 2]) -> f64| {
             let model = Model { h, e: Vector3::new(10.0, 0.0, 0.0) };
@@ -336,5 +355,22 @@ mod tests {
         let sideways = Model { h: shifted(-80.0), e: Vector3::new(10.0, 0.0, 0.0) };
         let [without, with] = [&prediction, &with_line].map(|p| p.flaws(&sideways, &wave).unwrap().sum);
         assert!((with - without).abs() < 1e-9, "{with} {without}");
+    }
+
+    #[test]
+    fn a_turned_camera_leans_on_the_plane_but_not_on_a_cylinder() {
+        let (target, reference) = (photo(0), photo(0));
+        let (viewer, placed) = (Viewer::upright((240, 160), 150.0), Placed::reference((240, 160)));
+        let [to_pixels, to_rays] = viewer.calibration;
+        let (sin, cos) = libm::sincos(0.8);
+        let turn = Matrix3::new(cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos);
+        let model = Model::homography(to_pixels * turn * to_rays);
+        let cylinder = Picture::around(Some(Projection::Cylinder), &viewer, &placed, &[placed]).unwrap();
+        let [plane, cylinder] = [Picture::plane(), cylinder].map(|picture| {
+            let photos = [target.view(), reference.view()];
+            let prediction = Prediction::new(photos, Vec::new(), Border::default(), picture).unwrap();
+            prediction.flaws(&model, &|_| 0.0).unwrap().sum
+        });
+        assert!(plane > cylinder + 0.3, "{plane} {cylinder}");
     }
 }

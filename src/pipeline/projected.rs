@@ -31,7 +31,7 @@ pub(super) struct ProjectedReference {
 }
 
 impl ProjectedReference {
-    /// `None` where a plane is asked for, or suits, or the photos' cameras are not known well enough for a projection surface.
+    /// `None` where they are shown on the reference's plane.
     ///
     /// # Errors
     /// `too-large`, `out-of-memory`, `aborted`.
@@ -43,16 +43,12 @@ impl ProjectedReference {
         memory: &Memory<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Self>> {
-        if options.projection == Some(Projection::Plane) {
-            return Ok(None);
-        }
         let placed = [placed(alignment, matches, target.image), Placed::reference(reference.image.size())];
-        if options.projection.is_none() && suits_plane(&placed[0], &alignment.geometry, matches) {
+        let picture = picture_of(placed, &alignment.geometry, matches, options);
+        if picture.surface.is_none() {
             return Ok(None);
         }
         let memory = &memory.projecting();
-        let viewer = viewer(&alignment.geometry, matches, placed.map(|placed| placed.size), options);
-        let Some(picture) = Picture::around(options.projection, &viewer, &placed[1], &placed) else { return Ok(None) };
         let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
         let Estimate { forward, reverse, .. } = &alignment.geometry;
         let models = picture.models([forward, reverse], at);
@@ -74,6 +70,22 @@ impl ProjectedReference {
     pub fn into_image(self) -> Image {
         self.image
     }
+}
+
+/// What both photos are shown on: the plane where it is asked for, or suits, or the photos' cameras are not known well enough for anything else.
+pub(super) fn picture_of(
+    [target, reference]: [Placed; 2],
+    geometry: &Estimate,
+    matches: &[Match],
+    options: &Options,
+) -> Picture {
+    let plane = match options.projection {
+        Some(projection) => projection == Projection::Plane,
+        None => suits_plane(&target, geometry, matches),
+    };
+    let viewer = || viewer(geometry, matches, [target.size, reference.size], options);
+    let around = || Picture::around(options.projection, &viewer(), &reference, &[target, reference]);
+    if plane { None } else { around() }.unwrap_or_else(Picture::plane)
 }
 
 /// Where the target is in the reference's view.
