@@ -1,6 +1,6 @@
 //! The smooth surface through what is known of a photo's depth: how it goes on beyond that, and how stiff it is.
 
-use nalgebra::Vector3;
+use nalgebra::Matrix3;
 
 use crate::depth::{Extrapolation, KnownDepth, SurfaceShape};
 use crate::features::LineSegment;
@@ -32,15 +32,9 @@ pub(super) fn surface(
 ) -> Result<Option<InverseDepth>> {
     let Some(first) = surface_of(known, 1.0, view, reference)? else { return Ok(None) };
     let Some(back) = view.h.try_inverse() else { return Ok(Some(first)) };
-    let baseline = back * view.e;
     // From where the reference was taken, in the photo's own direction.
-    let bent = |map: &InverseDepth| {
-        let place = |[x, y]: [f64; 2]| {
-            let [u, v, w] = (Vector3::new(x, y, 1.0) + baseline * map.sample(x, y)).into();
-            (w > 0.0).then(|| [u / w, v / w])
-        };
-        straightness(lines, &place, &|_| true).bent
-    };
+    let own = Model { h: Matrix3::identity(), e: back * view.e };
+    let bent = |map: &InverseDepth| straightness(lines, &|[x, y]| own.project(x, y, map.sample(x, y)), &|_| true).bent;
     let mut least = bent(&first);
     if least <= MOST_BENT {
         return Ok(Some(first));
@@ -92,7 +86,7 @@ fn surface_of(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use nalgebra::Matrix3;
+    use nalgebra::Vector3;
 
     use super::*;
     use crate::Image;
