@@ -231,7 +231,7 @@ impl Alignment<'_> {
             let photos_alone = target.depth.is_none() && reference.depth.is_none();
             if photos_alone && options.without_depth == WithoutDepth::TwoView {
                 let photos = [target.image, reference.image];
-                if let Some(rotated) = better_rotation(&forward, matches, photos, options.estimate.focal)? {
+                if let Some(rotated) = better_rotation(&self.geometry, matches, photos, options.estimate.focal)? {
                     self.replace_by_homography(rotated, Warning::ParallaxUnobservable);
                 }
             }

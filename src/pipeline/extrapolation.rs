@@ -11,9 +11,9 @@ use crate::depth::{
     CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
     complete_reference_depth,
 };
-use crate::geometry::{DepthSample, Estimate, Match, Model, plane_at_infinity, pure_rotation};
+use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity, pure_rotation};
 use crate::observer::{Observer, Portion};
-use crate::rect::grid_points;
+use crate::rect::{diagonal, grid_points};
 use crate::statistics::median;
 use crate::{ImageView, InverseDepth, Result};
 
@@ -28,10 +28,13 @@ const POINTS: usize = 32;
 /// By how much better a homography has to look that misses what is nearer or farther than its plane by the second of these shares of the reference's
 /// diagonal; below the first, which hardly shows, by nothing. Of 38 pairs, both ways round, three become homographies by that, and look better.
 const HOMOGRAPHY_LEAD: f64 = 0.1;
-const MISSED: [f64; 2] = [0.0016, 0.0032];
+const MISSED: [f64; 2] = [0.0012, 0.0024];
 /// The same of a pure rotation, which misses all parallax: for turns so wide that nothing else is sane. None of 26 real pairs
 /// changes by it.
 const ROTATION_LEAD: f64 = 0.5;
+/// A rotation is none that takes fewer than this share of a homography's inliers to within this share of the reference's diagonal, however natural it looks.
+const LEAST_ROTATED: f64 = 0.5;
+const NEAR: f64 = 0.01;
 
 /// What takes the place of refined depth when there are two photos and nothing else.
 pub(super) enum Completed {
@@ -72,8 +75,11 @@ pub(super) fn complete(
     };
     let fitting = &mut Portion::new(observer, 0.4, 0.5);
     let flat = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?;
-    let rotated = pure_rotation(matches, sizes, options.estimate.focal);
-    let candidates: [(_, Lead); 2] = [(flat, homography_lead), (rotated, rotation_lead)];
+    let rotated = match &flat {
+        Some(flat) => rotation_like(flat, matches, sizes, options.estimate.focal),
+        None => pure_rotation(matches, sizes, options.estimate.focal),
+    };
+    let candidates: Vec<(_, Lead)> = vec![(flat, homography_lead), (rotated, rotation_lead)];
     if let Some(found) = better_homography(&prediction, best.flaws, candidates)? {
         return Ok(Completed::Homography(Box::new(found)));
     }
@@ -89,19 +95,37 @@ pub(super) fn complete(
     Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
 }
 
-/// The pure rotation of the `matches` where that looks better than the `homography`: where the overlap is small, noise decides where a
+/// The pure rotation of the `matches` where that looks better than their `homography`: where the overlap is small, noise decides where a
 /// homography takes what is far from all matches.
 pub(super) fn better_rotation(
-    homography: &Model,
+    homography: &Estimate,
     matches: &[Match],
     photos: [ImageView<'_>; 2],
     focal: Option<f64>,
 ) -> Result<Option<Estimate>> {
-    let Some(rotated) = pure_rotation(matches, photos.map(|photo| photo.size()), focal) else { return Ok(None) };
+    let sizes = photos.map(|photo| photo.size());
+    let Some(rotated) = rotation_like(homography, matches, sizes, focal) else { return Ok(None) };
     // A homography leaves straight lines straight, and there is no depth to miss at the border of the overlap.
     let prediction = Prediction::new(photos, Vec::new(), Border::default(), Picture::plane())?;
-    let flaws = prediction.flaws(homography, &|_| 0.0)?.sum;
-    better_homography(&prediction, flaws, [(Some(rotated), rotation_lead)])
+    let flaws = prediction.flaws(&homography.forward, &|_| 0.0)?.sum;
+    better_homography(&prediction, flaws, vec![(Some(rotated), rotation_lead)])
+}
+
+/// The pure rotation of the `matches` if it explains what a `homography` does.
+fn rotation_like(
+    homography: &Estimate,
+    matches: &[Match],
+    sizes: [(usize, usize); 2],
+    focal: Option<f64>,
+) -> Option<Estimate> {
+    let rotated = pure_rotation(matches, sizes, focal)?;
+    let near = |m: &&Match| {
+        let error = rotated.forward.transfer_error(m.target, 0.0, m.reference);
+        error.is_some_and(|error| error <= NEAR * diagonal(sizes[1]))
+    };
+    let [all, explained] =
+        [homography.inliers_of(matches).count(), homography.inliers_of(matches).filter(near).count()];
+    (explained as f64 >= LEAST_ROTATED * all as f64).then_some(rotated)
 }
 
 /// By how much less flawed a candidate with these flaws has to be.
@@ -117,10 +141,10 @@ fn rotation_lead(_: Flaws) -> f64 {
 }
 
 /// The homography with the least flaws of the `candidates` that have, with the lead each needs, less than `flaws`.
-fn better_homography<const N: usize>(
+fn better_homography(
     prediction: &Prediction,
     mut flaws: f64,
-    candidates: [(Option<Estimate>, Lead); N],
+    candidates: Vec<(Option<Estimate>, Lead)>,
 ) -> Result<Option<Estimate>> {
     let mut better = None;
     for (candidate, lead) in candidates {
@@ -192,13 +216,35 @@ fn depth_outside(surface: &Surface, [a, b]: [f64; 2], other: OtherView<'_>, size
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
+    use nalgebra::Matrix3;
+
     use super::*;
+    use crate::geometry::{EstimateOptions, Model};
 
     #[test]
     fn a_homography_that_misses_little_needs_no_lead() {
         let lead = |misalignment| homography_lead(Flaws { sum: 1.0, misalignment });
         assert!([0.0, MISSED[0]].map(lead) == [0.0; 2] && [MISSED[1], 0.1].map(lead) == [HOMOGRAPHY_LEAD; 2]);
         assert!((lead(0.5 * (MISSED[0] + MISSED[1])) - 0.5 * HOMOGRAPHY_LEAD).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_floor_seen_from_elsewhere_was_not_seen_by_turning() {
+        let (sizes, focal) = ([(1200, 900); 2], 1000.0);
+        let k = Matrix3::new(focal, 0.0, 599.5, 0.0, focal, 449.5, 0.0, 0.0, 1.0);
+        let (sin, cos) = libm::sincos(0.5);
+        let turn = k * Matrix3::new(cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos) * k.try_inverse().unwrap();
+        // What is low in the photo is near, and moves farther.
+        let floor = Matrix3::new(1.0, -0.8, 300.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        for (truth, turned) in [(turn, true), (floor, false)] {
+            let truth = Model::homography(truth);
+            let points = (0..100).map(|i| [400.0 + (i % 10) as f64 * 60.0, 50.0 + (i / 10) as f64 * 80.0]);
+            let pair = |[x, y]: [f64; 2]| Match { target: [x, y], reference: truth.project(x, y, 0.0).unwrap() };
+            let matches: Vec<Match> = points.map(pair).collect();
+            let found = fit_homography(&matches, sizes, &EstimateOptions::default(), &mut ()).unwrap();
+            assert_eq!(rotation_like(&found, &matches, sizes, Some(focal)).is_some(), turned);
+        }
     }
 }

@@ -14,10 +14,11 @@ use crate::{InverseDepth, Result};
 const MOST_BENDING: f64 = 1.3;
 /// If that leaves no more than this share of it: what other photos see was measured, and true depth bends as well.
 const RELIEF: f64 = 0.7;
-/// Where more than this share of the straight lines looks bent, as where thin things are far in front of others, stiffer surfaces are tried.
+/// How stiff a surface is: where more than this share of the straight lines looks bent, as where thin things are far in front of others, stiffer ones
+/// are tried.
+const STIFFNESS: [f64; 3] = [1.0, 16.0, 64.0];
 const MOST_BENT: f64 = 0.02;
-const STIFFER: [f64; 2] = [16.0, 64.0];
-/// A stiffer surface is better that leaves less than this share of it, and aligns less by no more than this share of the diagonal. Tuned on 11 sets.
+/// One is better that leaves less than this share of it, and aligns less by no more than this share of the diagonal. Tuned on 11 sets.
 const LESS_BENT: f64 = 0.5;
 const MISALIGNED: f64 = 0.0004;
 /// Misalignment beyond this share is all the same.
@@ -30,35 +31,36 @@ pub(super) fn surface(
     view: &Model,
     reference: (usize, usize),
 ) -> Result<Option<InverseDepth>> {
-    let Some(first) = surface_of(known, 1.0, view, reference)? else { return Ok(None) };
-    let Some(back) = view.h.try_inverse() else { return Ok(Some(first)) };
+    let Some(back) = view.h.try_inverse() else { return surface_of(known, STIFFNESS[0], view, reference) };
     // From where the reference was taken, in the photo's own direction.
     let own = Model { h: Matrix3::identity(), e: back * view.e };
-    let bent = |map: &InverseDepth| straightness(lines, &|[x, y]| own.project(x, y, map.sample(x, y)), &|_| true).bent;
-    let mut least = bent(&first);
-    if least <= MOST_BENT {
-        return Ok(Some(first));
-    }
-    let (samples, size) = (known.samples()?, known.other().size);
-    let bound = misalignment(&first, &samples, size) + MISALIGNED;
-    let mut best = first;
-    for stiffness in STIFFER {
-        let Some(other) = surface_of(known, stiffness, view, reference)? else { continue };
-        let left = bent(&other);
-        if left < LESS_BENT * least && misalignment(&other, &samples, size) < bound {
-            (least, best) = (left, other);
+    let mut found: Option<(f64, f64, InverseDepth)> = None;
+    for stiffness in STIFFNESS {
+        let Some(map) = surface_of(known, stiffness, view, reference)? else { continue };
+        let bent = straightness(lines, &|[x, y]| own.project(x, y, map.sample(x, y)), &|_| true).bent;
+        if found.is_none() && bent <= MOST_BENT {
+            return Ok(Some(map));
+        }
+        let misaligned = misalignment(&map, known)?;
+        match &mut found {
+            None => found = Some((bent, misaligned + MISALIGNED, map)),
+            Some((least, bound, best)) if bent < LESS_BENT * *least && misaligned < *bound => {
+                (*least, *best) = (bent, map);
+            }
+            Some(_) => {}
         }
     }
-    Ok(Some(best))
+    Ok(found.map(|(.., map)| map))
 }
 
-/// The mean distance of the samples from where the map says, in the other photo and as a share of its diagonal.
-fn misalignment(map: &InverseDepth, samples: &[DepthSample], size: (usize, usize)) -> f64 {
+/// The mean distance of what is known from where the map says, in the other photo and as a share of its diagonal.
+fn misalignment(map: &InverseDepth, known: &KnownDepth<'_>) -> Result<f64> {
+    let (samples, diagonal) = (known.samples()?, diagonal(known.other().size));
     let distance = |s: &DepthSample| {
         let [x, y] = s.point;
-        ((map.sample(x, y) - s.depth) * s.parallax).abs() / diagonal(size)
+        (((map.sample(x, y) - s.depth) * s.parallax).abs() / diagonal).min(MOST_MISALIGNED)
     };
-    samples.iter().map(|sample| distance(sample).min(MOST_MISALIGNED)).sum::<f64>() / samples.len().max(1) as f64
+    Ok(samples.iter().map(distance).sum::<f64>() / samples.len().max(1) as f64)
 }
 
 /// A surface of this stiffness: where going on would bend the picture too much in the reference's view, as a plane.
