@@ -83,9 +83,11 @@ pub(super) fn picture_of(
         Some(projection) => projection == Projection::Plane,
         None => suits_plane(&target, geometry, matches),
     };
-    let viewer = || viewer(geometry, matches, [target.size, reference.size], options);
-    let around = || Picture::around(options.projection, &viewer(), &reference, &[target, reference]);
-    if plane { None } else { around() }.unwrap_or_else(Picture::plane)
+    if plane {
+        return Picture::plane();
+    }
+    let viewer = viewer(geometry, matches, [target.size, reference.size], options);
+    Picture::around(options.projection, &viewer, &reference, &[target, reference]).unwrap_or_else(Picture::plane)
 }
 
 /// Where the target is in the reference's view.

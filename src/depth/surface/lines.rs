@@ -39,9 +39,7 @@ pub(super) struct Line {
 
 /// The straight lines of a photo that are long enough to take part: each from end to end with `join`, or its longest parts.
 pub(crate) fn segments(photo: ImageView<'_>, join: bool) -> Result<Vec<LineSegment>> {
-    let min_length = if join { PART } else { SHORTEST } * diagonal(photo.size());
-    let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;
-    Ok(if join { joined(segments, photo.size()) } else { segments })
+    if join { Ok(joined(longer_than(PART, photo)?, photo.size())) } else { longer_than(SHORTEST, photo) }
 }
 
 /// Both the longest parts of the straight lines of a photo and the lines from end to end.
@@ -52,12 +50,16 @@ pub(crate) struct PhotoLines {
 
 impl PhotoLines {
     pub fn of(photo: ImageView<'_>) -> Result<Self> {
-        let size = photo.size();
-        let min_length = PART * diagonal(size);
-        let segments = line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })?;
+        let (segments, size) = (longer_than(PART, photo)?, photo.size());
         let long = |segment: &&LineSegment| segment.length() >= SHORTEST * diagonal(size);
         Ok(Self { parts: segments.iter().filter(long).copied().collect(), joined: joined(segments, size) })
     }
+}
+
+/// The segments of a photo that are longer than a share of its diagonal.
+fn longer_than(share: f64, photo: ImageView<'_>) -> Result<Vec<LineSegment>> {
+    let min_length = share * diagonal(photo.size());
+    line_segments(photo, &LineSegmentOptions { min_length, ..LineSegmentOptions::default() })
 }
 
 /// Lines of a photo of this size from end to end, but for those that are short.
