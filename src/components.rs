@@ -89,6 +89,9 @@ pub(crate) fn neighbours(at: usize, width: usize) -> [usize; 4] {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     fn components(rows: &[&str], most: usize) -> Vec<Vec<usize>> {

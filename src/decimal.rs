@@ -62,6 +62,9 @@ impl fmt::Display for Number {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::{Decimal, Number};
 
     #[test]

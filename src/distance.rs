@@ -90,6 +90,9 @@ pub(crate) fn to_outside((x, y): (usize, usize), (width, height): (usize, usize)
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
     use crate::sampler::Sampler;
 

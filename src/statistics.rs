@@ -83,6 +83,9 @@ pub(crate) fn evenly_chosen<T>(values: &[T], most: usize) -> impl Iterator<Item 
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     /// The definition, term by term.

@@ -12,6 +12,9 @@ pub(crate) fn neighbours(i: usize, len: usize) -> [usize; 2] {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

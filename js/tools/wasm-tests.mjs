@@ -22,11 +22,9 @@ const NATIVE = /^#!\[cfg\(not\(target_arch = "wasm32"\)\)\]$/m;
  * Builds the programs and runs them, one on each core. Throws at the end if any failed, or had no test.
  *
  * @param {string[]} args
- * @param {string} [which] names of programs, as a pattern of cargo's
  */
-export async function wasmTests(args, which = "*") {
-  // Not those within `src`, which are plain tests of Rust: the runner of wasm-bindgen finds none of them.
-  const build = ["test", ...args, "--test", which, ...TARGET, "--no-run"];
+export async function wasmTests(args) {
+  const build = ["test", ...args, "--lib", "--test", "*", ...TARGET, "--no-run"];
   const env = { ...cargoEnv, ...asShipped };
   run("cargo", build, { env });
   const programs = output("cargo", [...build, "--quiet", "--message-format=json"], { env })

@@ -61,6 +61,9 @@ pub(super) fn bell(first: f32, falloff: f32, out: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     const RADIANS: f64 = 2.0 * std::f64::consts::PI / TURN as f64;

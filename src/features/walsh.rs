@@ -28,6 +28,9 @@ pub(super) fn coefficients(descriptor: &[u8; DESCRIPTOR_LENGTH]) -> [i16; COUNT]
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

@@ -23,6 +23,10 @@ pub(crate) fn eigenpairs<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
     use nalgebra::Matrix3;
 

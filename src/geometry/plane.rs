@@ -82,6 +82,9 @@ pub(crate) fn plane_depth([a, b, c]: [f64; 3], [x, y]: [f64; 2]) -> f64 {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     fn samples(points: impl Iterator<Item = [f64; 2]>) -> Vec<DepthSample> {

@@ -67,6 +67,9 @@ impl BorderDistance {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
     use crate::Image;
     use crate::distance::STRAIGHT;

@@ -219,6 +219,8 @@ fn depth_outside(surface: &Surface, [a, b]: [f64; 2], other: OtherView<'_>, size
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::Matrix3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::geometry::{EstimateOptions, Model};

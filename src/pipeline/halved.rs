@@ -200,6 +200,8 @@ fn enlarged_map(map: &InverseDepth, (width, height): Size) -> Result<InverseDept
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::Vector3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
 

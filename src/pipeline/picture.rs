@@ -247,6 +247,9 @@ pub(super) fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     /// Rays to the sides by 50° and from 20° down to so many degrees up.

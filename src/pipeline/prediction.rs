@@ -313,6 +313,8 @@ impl Prediction {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::{Matrix3, Vector3};
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::super::picture::{Placed, Viewer};
     use super::*;

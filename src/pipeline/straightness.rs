@@ -59,6 +59,9 @@ fn strip(first: [f64; 2], last: [f64; 2], places: &[[f64; 2]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     fn line(start: [f64; 2], end: [f64; 2]) -> LineSegment {

@@ -313,6 +313,8 @@ fn even_lanes(p: i32x4, q: i32x4) -> i32x4 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::{Matrix3, Vector3};
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::Image;

@@ -58,6 +58,9 @@ fn union(whole: &LineSegment, part: &LineSegment, tolerance: f64, max_gap: f64) 
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     fn segment(start: [f64; 2], end: [f64; 2]) -> LineSegment {

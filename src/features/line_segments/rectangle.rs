@@ -184,6 +184,9 @@ fn log_factorial(n: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     /// The tail, term by term from Pascal's triangle.

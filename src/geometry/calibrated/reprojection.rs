@@ -241,6 +241,8 @@ fn row(rotation: Vector3<f64>, translation: Vector3<f64>, [focal, shift, ratio, 
 #[cfg(test)]
 mod tests {
     use nalgebra::Matrix3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
 

@@ -112,6 +112,9 @@ fn frames(sides: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

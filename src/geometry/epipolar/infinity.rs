@@ -65,6 +65,8 @@ fn fit(samples: &[Sample]) -> Option<[f64; 3]> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::{Matrix3, Vector3};
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::geometry::calibrated::small_rotation;

@@ -55,6 +55,8 @@ pub(in crate::geometry) fn rotation_between(rays: &[Rays], weights: &[f64]) -> O
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::Vector3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::geometry::calibrated::small_rotation;

@@ -280,6 +280,10 @@ impl Linearised for SceneEquations<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use std::sync::Arc;
 
     use nalgebra::Vector3;

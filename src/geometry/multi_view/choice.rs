@@ -230,6 +230,8 @@ fn explained_by_chain(chain: &Chain, lenses: &[Lens], links: &[PairLink]) -> f64
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::{Rotation3, Vector3};
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::geometry::{Match, Model, ModelKind};

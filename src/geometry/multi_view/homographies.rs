@@ -158,6 +158,8 @@ impl LeastSquares for TransferErrors<'_> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::Rotation3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::geometry::{Match, Model};

@@ -239,6 +239,9 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     /// Two cameras a step apart, and what they see at several depths.

@@ -22,6 +22,9 @@ pub(super) fn spanning_tree(pairs: &[([usize; 2], f64)], photos: usize, root: us
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

@@ -150,6 +150,9 @@ pub(super) fn ransac<M: Residual + Copy>(
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
     use crate::geometry::correspondences::Correspondence;
 

@@ -77,6 +77,10 @@ impl Labelling {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     /// Two halves that are known at their outer ends only: the border is where it costs least, not where the ends would put it.

@@ -137,6 +137,9 @@ fn of_largest<'a>(sizes: &[Size], options: &'a Options) -> (Memory<'a>, Size) {
 
 #[cfg(test)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

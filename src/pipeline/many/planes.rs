@@ -124,6 +124,10 @@ fn find(samples: Vec<DepthSample>, size: (usize, usize), tolerance: f64) -> Vec<
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use nalgebra::{Matrix3, Vector3};
 
     use super::super::views::view;

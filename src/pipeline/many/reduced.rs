@@ -100,6 +100,9 @@ pub(super) fn resampled(map: &InverseDepth, size: Size, factor: f64) -> Result<I
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
+
     use super::*;
 
     #[test]

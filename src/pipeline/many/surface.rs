@@ -89,6 +89,8 @@ fn surface_of(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use nalgebra::Vector3;
+    #[cfg(target_arch = "wasm32")]
+    use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
     use crate::Image;
