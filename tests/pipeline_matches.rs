@@ -4,7 +4,8 @@
 use depthstitch::View;
 use depthstitch::features::track;
 use depthstitch::geometry::{Frame, Threshold, estimate};
-use depthstitch::pipeline::{FeatureOptions, Options, align, stitch};
+use depthstitch::pipeline::{FeatureOptions, Options, WithoutDepth, align, stitch};
+use depthstitch::report::Warning;
 use scene::{MatchOptions, Pair, Photos, Scene};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -55,6 +56,22 @@ fn a_guided_fit_that_fails_leaves_the_first_one() {
     }
     println!("{compared} first fits");
     assert!(compared > 0);
+}
+
+/// The homography that takes the place of parallax is the one that is found where no parallax is looked for: not one of matches along epipolar lines that
+/// may be wrong.
+#[test]
+fn a_homography_instead_of_parallax_is_that_without_parallax() {
+    let scene = scene::gallery();
+    // At this size a homography looks more natural.
+    let photos = Photos::of(&scene.render(420, 280), &NOISY);
+    let views = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
+    let of = |options: &Options| align(None, views[0], views[1], options, &mut ()).unwrap();
+    let found = of(&Options::default());
+    let plain = of(&Options { without_depth: WithoutDepth::Homography, ..Options::default() });
+    assert!(found.geometry.warnings.contains(&Warning::ParallaxIgnored));
+    assert!(found.matches == plain.matches && found.geometry.forward == plain.geometry.forward);
+    assert_eq!(found.geometry.inliers, plain.geometry.inliers);
 }
 
 /// Moves a rectangle of a photo down by a pixel, as something that moved between the photos.

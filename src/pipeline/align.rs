@@ -119,40 +119,63 @@ fn align_detected<'a>(
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let mut alignment = match features {
-        Some(features) => align_by_features(features, views, options, observer, timer)?,
-        None => {
-            let mut alignment = fit_models(given.unwrap_or_default(), views, options, observer)?;
-            alignment.complete_maps(views[1], observer)?;
-            timer.end(alignment.stage(), observer);
-            alignment
+    let found = match features {
+        Some(features) => {
+            let found = match_pair(features, &options.features.matching, observer)?;
+            timer.end(Stage::Match, observer);
+            Some(found)
         }
+        None => None,
     };
+    let mut alignment = align_matched(given, found.as_ref(), views, options, observer, timer)?;
     if let Some(refine) = &options.refine {
-        alignment.refine_depth(given, views, refine, options, observer)?;
+        let homography = match alignment.geometry.kind {
+            ModelKind::TwoView => align_without_parallax(given, found.as_ref(), views, options, observer)?,
+            _ => None,
+        };
+        // Nothing is matched any more.
+        drop(found);
+        alignment.refine_depth(given, homography, views, refine, options, observer)?;
         timer.end(Stage::Refine, observer);
     }
     Ok(alignment)
 }
 
-/// Models and maps from matches of our own, of these features.
-fn align_by_features<'a>(
-    features: [Features; 2],
+/// Models and maps from the matches that were given, or `found`.
+fn align_matched<'a>(
+    given: Option<&[Match]>,
+    found: Option<&MatchedFeatures>,
     views: [View<'a>; 2],
     options: &Options,
     observer: &mut dyn Observer,
     timer: &mut StageTimer,
 ) -> Result<Alignment<'a>> {
-    let found = match_pair(features, &options.features.matching, observer)?;
-    timer.end(Stage::Match, observer);
-    let first = fit_models(&found.matches, views, options, observer)?;
+    let matches = given.or(found.map(|found| found.matches.as_slice())).unwrap_or_default();
+    let first = fit_models(matches, views, options, observer)?;
     timer.end(first.stage(), observer);
-    let second =
-        if options.features.guided { align_guided(&found, &first, views, options, observer, timer)? } else { None };
-    let mut best = second.unwrap_or(Alignment { matches: Some(found.matches), ..first });
+    let second = match found {
+        Some(found) if options.features.guided => align_guided(found, &first, views, options, observer, timer)?,
+        _ => None,
+    };
+    let mut best = second.unwrap_or(Alignment { matches: found.map(|found| found.matches.clone()), ..first });
     best.complete_maps(views[1], observer)?;
     timer.end(best.stage(), observer);
     Ok(best)
+}
+
+/// The homography that would be found if none but that were looked for: what was matched along wrong epipolar lines may hide it. A part of the refinement.
+fn align_without_parallax<'a>(
+    given: Option<&[Match]>,
+    found: Option<&MatchedFeatures>,
+    views: [View<'a>; 2],
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Option<Alignment<'a>>> {
+    let views = views.map(|view| View { depth: None, ..view });
+    let options = &Options { without_depth: WithoutDepth::Homography, ..options.clone() };
+    let observer = &mut Portion::of_stage(observer, Stage::Refine, 0.0, 0.0);
+    let mut timer = StageTimer::start(observer);
+    if_possible(align_matched(given, found, views, options, observer, &mut timer))
 }
 
 /// Matches again along the epipolar lines of `first`, and fits again; `None` unless that explains these matches better.
@@ -220,6 +243,7 @@ impl Alignment<'_> {
     fn refine_depth(
         &mut self,
         given: Option<&[Match]>,
+        homography: Option<Alignment<'_>>,
         [target, reference]: [View<'_>; 2],
         refine: &RefineOptions,
         options: &Options,
@@ -250,7 +274,9 @@ impl Alignment<'_> {
         if prior.weak {
             // The priors make room: nothing reads them any more.
             self.depth = [None, None];
-            match complete(&self.geometry, matches, photos, refined, options, completing)? {
+            let flat =
+                homography.as_ref().map(|flat| (&flat.geometry, given.or(flat.matches.as_deref()).unwrap_or_default()));
+            match complete(&self.geometry, matches, flat, photos, refined, options, completing)? {
                 Completed::Surfaces(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
                     self.smooth = true;
@@ -258,7 +284,12 @@ impl Alignment<'_> {
                         self.geometry.warnings.push(Warning::OutsideExtrapolated);
                     }
                 }
-                Completed::Homography(flat) => self.replace_by_homography(*flat, Warning::ParallaxIgnored),
+                Completed::Homography(flat) => {
+                    self.replace_by_homography(*flat, Warning::ParallaxIgnored);
+                    if let Some(Alignment { matches, .. }) = homography {
+                        self.matches = matches;
+                    }
+                }
             }
             return Ok(());
         }

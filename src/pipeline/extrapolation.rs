@@ -2,7 +2,6 @@
 //! surface is extrapolated in several ways, or a homography takes the place of both photos' depth: whichever is predicted to look best.
 
 use super::misalignment::Border;
-use super::models::{fit_homography, if_possible};
 use super::options::Options;
 use super::picture::{Picture, Placed};
 use super::prediction::{Flaws, Prediction};
@@ -45,10 +44,12 @@ pub(super) enum Completed {
 }
 
 /// Two photos say nothing about the depth of what only one of them shows, and pixel by pixel too little for a picture without
-/// torn edges: smooth surfaces take the place of both `refined` maps, or a homography of the `matches` where that looks better.
+/// torn edges: smooth surfaces take the place of both `refined` maps, or a `homography` (with the matches
+/// it was fitted to) where that looks better.
 pub(super) fn complete(
     geometry: &Estimate,
     matches: &[Match],
+    homography: Option<(&Estimate, &[Match])>,
     [target, reference]: [ImageView<'_>; 2],
     refined: Refined,
     options: &Options,
@@ -73,13 +74,13 @@ pub(super) fn complete(
     let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
         return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
     };
-    let fitting = &mut Portion::new(observer, 0.4, 0.5);
-    let flat = if_possible(fit_homography(matches, sizes, &options.estimate, fitting))?;
-    let rotated = match &flat {
-        Some(flat) => rotation_like(flat, matches, sizes, options.estimate.focal),
-        None => pure_rotation(matches, sizes, options.estimate.focal),
+    let focal = options.estimate.focal;
+    let rotated = match homography {
+        Some((homography, matches)) => rotation_like(homography, matches, sizes, focal),
+        None => pure_rotation(matches, sizes, focal),
     };
-    let candidates: Vec<(_, Lead)> = vec![(flat, homography_lead), (rotated, rotation_lead)];
+    let homography = homography.map(|(found, _)| found.clone());
+    let candidates: Vec<(_, Lead)> = vec![(homography, homography_lead), (rotated, rotation_lead)];
     if let Some(found) = better_homography(&prediction, best.flaws, candidates)? {
         return Ok(Completed::Homography(Box::new(found)));
     }
@@ -223,7 +224,7 @@ mod tests {
     use wasm_bindgen_test::wasm_bindgen_test as test;
 
     use super::*;
-    use crate::geometry::{EstimateOptions, Model};
+    use crate::geometry::{EstimateOptions, Frame, Model, estimate};
 
     #[test]
     fn a_homography_that_misses_little_needs_no_lead() {
@@ -245,7 +246,8 @@ mod tests {
             let points = (0..100).map(|i| [400.0 + (i % 10) as f64 * 60.0, 50.0 + (i / 10) as f64 * 80.0]);
             let pair = |[x, y]: [f64; 2]| Match { target: [x, y], reference: truth.project(x, y, 0.0).unwrap() };
             let matches: Vec<Match> = points.map(pair).collect();
-            let found = fit_homography(&matches, sizes, &EstimateOptions::default(), &mut ()).unwrap();
+            let frames = sizes.map(|size| Frame { size, depth: None });
+            let found = estimate(&matches, frames[0], frames[1], &EstimateOptions::default(), &mut ()).unwrap();
             assert_eq!(rotation_like(&found, &matches, sizes, Some(focal)).is_some(), turned);
         }
     }

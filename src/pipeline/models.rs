@@ -108,17 +108,6 @@ pub(super) fn if_possible<T>(attempt: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// The homography of the matches.
-pub(super) fn fit_homography(
-    matches: &[Match],
-    sizes: [(usize, usize); 2],
-    options: &EstimateOptions,
-    observer: &mut dyn Observer,
-) -> Result<Estimate> {
-    let [target, reference] = sizes.map(|size| Frame { size, depth: None });
-    estimate(matches, target, reference, options, observer)
-}
-
 /// The models with depth from the matches themselves; that of the reference [comes later](Alignment::complete_maps). `from` is the
 /// share of the estimation that was done before.
 fn fit_two_view<'a>(
