@@ -1,10 +1,7 @@
 //! Depth that is completed inside the overlap and outside, and carried over to the other photo.
 #![allow(clippy::unwrap_used)]
 
-use depthstitch::depth::{
-    CompletionOptions, Extrapolation, MeasuredDepth, SurfaceShape, complete_depth, complete_reference_depth,
-    derive_depth,
-};
+use depthstitch::depth::{CompletionOptions, Extrapolation, SurfaceShape, complete_depth, derive_depth};
 use depthstitch::geometry::{Model, anisotropy};
 use depthstitch::inverse_depth::DepthKind;
 use depthstitch::{Error, Image, InverseDepth, Mask};
@@ -133,34 +130,6 @@ fn extrapolated_depth_does_not_run_away() {
         map(size, |x, y| 0.5 + 0.3 * (y * 0.1).sin() + 0.02 * ((x * 12.9898 + y * 78.233).sin() * 43758.5).fract());
     let found = complete_depth(&noisy, None, &model, size, Some(&mask), &Default::default(), &mut ()).unwrap();
     assert!(found.data().iter().all(|d| (-1.0..2.0).contains(d)));
-}
-
-#[test]
-fn both_maps_are_one_surface_at_the_border() {
-    let (size, model) = ((240, 180), sideways());
-    let back = model.inverse().unwrap();
-    let target = map(size, |x, y| 0.3 + 0.001 * x + 0.0005 * y);
-    // The reference's own map is nothing but wrong, apart from the middle.
-    let derived = derive_depth(&target, &model, size, &mut ()).unwrap().unwrap();
-    let mut mask = Mask::empty(size.0, size.1).unwrap();
-    for (i, mark) in mask.data_mut().iter_mut().enumerate() {
-        *mark = u8::from((40..200).contains(&(i % size.0)) && (40..140).contains(&(i / size.0)));
-    }
-    let own = derived.data().iter().zip(mask.data()).map(|(d, m)| if *m != 0 { *d } else { 5.0 }).collect::<Vec<f32>>();
-    let own = InverseDepth::new("depth", &own, size, DepthKind::Inverse, None, size).unwrap();
-    let photo = two_colours(size);
-    let own = MeasuredDepth { map: &own, reliable: &mask, matches: &[] };
-    let (models, options) = ([&model, &back], CompletionOptions::default());
-    let found = complete_reference_depth(&own, photo.view(), &target, models, &options, &mut ()).unwrap();
-    for y in 0..size.1 {
-        for x in 0..size.0 {
-            let (x, y) = (x as f64, y as f64);
-            let [u, v] = model.project(x, y, target.sample(x, y)).unwrap();
-            if u >= 0.0 && v >= 0.0 && u <= 239.0 && v <= 179.0 {
-                assert!(distance(back.project(u, v, found.sample(u, v)).unwrap(), [x, y]) < 1.0, "{u} {v}");
-            }
-        }
-    }
 }
 
 #[test]

@@ -2,19 +2,15 @@
 
 use super::pull_push::Level;
 use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_grid, segments};
-use super::transfer::for_each_landing;
 use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model};
-use crate::image::{check_size, reserve, reserve_more};
+use crate::image::{check_size, reserve_more};
 use crate::observer::{Observer, report};
 use crate::rect::diagonal;
 use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// Fewer samples say nothing.
 pub(super) const LEAST_SAMPLES: usize = 20;
-/// How far from the border both photos are to show one surface, as a share of the diagonal. Twice costs 0.4 % of PSNR on the evaluation
-/// cases, half changes nothing.
-const BORDER: f64 = 0.03;
 /// How far the surface bends away to meet reliable depth, as a share of the diagonal.
 pub(super) const REACH: f64 = 0.03;
 
@@ -32,17 +28,6 @@ impl Default for CompletionOptions {
     fn default() -> Self {
         Self { keep_reliable: true, shape: SurfaceShape::default() }
     }
-}
-
-/// What was measured of a photo's inverse depth.
-#[derive(Debug, Clone, Copy)]
-pub struct MeasuredDepth<'a> {
-    /// A map of it.
-    pub map: &'a InverseDepth,
-    /// Where that is reliable: not 0.
-    pub reliable: &'a Mask,
-    /// Points of known depth besides.
-    pub matches: &'a [DepthSample],
 }
 
 /// Replaces all inverse depth of the `photo` that is not reliable: where the mask `reliable` is 0 (nowhere by default), and where
@@ -69,44 +54,6 @@ pub fn complete_depth(
     let other = OtherView::new(model, other);
     let known = KnownDepth::of(depth, photo, other, reliable, &[], observer)?;
     known.completed(options)?.map_or_else(|| depth.map_indexed(|_, d| d), Ok)
-}
-
-/// As [`complete_depth`] of the reference's `own` depth; but near the photo's border, where few windows could be compared and both
-/// maps soon disagree, what is not reliable is where the `target`'s map leads: there both are one surface. `models` lead from the
-/// target to the reference and back.
-///
-/// # Errors
-/// Those of [`complete_depth`].
-pub fn complete_reference_depth(
-    own: &MeasuredDepth<'_>,
-    photo: ImageView<'_>,
-    target: &InverseDepth,
-    models: [&Model; 2],
-    options: &CompletionOptions,
-    observer: &mut dyn Observer,
-) -> Result<InverseDepth> {
-    options.shape.check()?;
-    let MeasuredDepth { map: own, reliable, matches } = *own;
-    let (w, h) = own.size();
-    check_size("reliable", reliable.size(), (w, h))?;
-    check_size("photo", photo.size(), (w, h))?;
-    let mut known = Vec::new();
-    reserve(&mut known, w * h)?;
-    known.extend(own.data().iter().zip(reliable.data()).map(|(&d, &mark)| if mark != 0 { d } else { f32::NAN }));
-    let border = (BORDER * diagonal((w, h))) as usize;
-    for_each_landing(target, models[0], (w, h), observer, &mut |i, value, _| {
-        let (x, y) = (i % w, i / w);
-        let inner = x.min(w - 1 - x).min(y.min(h - 1 - y)) >= border;
-        // Of several things in one place it is the one that was matched there, if badly.
-        let miss = |d: f32| (d - own.data()[i]).abs();
-        if !inner && reliable.data()[i] == 0 && (known[i].is_nan() || miss(value) < miss(known[i])) {
-            known[i] = value;
-        }
-    })?;
-    let known = InverseDepth::from_values(known, w, h);
-    let other = OtherView::new(models[1], target.size());
-    let known = KnownDepth::new(known, Some(photo), other, matches, observer)?;
-    known.completed(options)?.map_or_else(|| own.map_indexed(|_, d| d), Ok)
 }
 
 /// What is known of the depth of a photo, ready to be completed in one way or another.

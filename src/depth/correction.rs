@@ -1,17 +1,28 @@
 //! Depth maps that are not exact, such as those of networks, where only one photo shows and stereo cannot correct them.
 
-use super::completion::{LEAST_SAMPLES, MeasuredDepth, REACH};
+use super::completion::{LEAST_SAMPLES, REACH};
 use super::holes::{self, Holes};
 use super::surface::{Equations, OtherView, SurfaceShape, sample_grid, segments};
 use crate::geometry::DepthSample;
 use crate::image::check_size;
 use crate::observer::{Observer, report};
 use crate::rect::diagonal;
-use crate::{ImageView, InverseDepth, Result, Stage};
+use crate::{ImageView, InverseDepth, Mask, Result, Stage};
 
 /// How stiff the correction is, next to a surface of depth. Displacement outside, mean of the medians of the five cases with degraded maps:
 /// 0.63 px, 0.76 with 1, 1.13 with 0.06.
 const STIFFNESS: f64 = 0.25;
+
+/// What was measured of a photo's inverse depth.
+#[derive(Clone, Copy)]
+pub(crate) struct MeasuredDepth<'a> {
+    /// A map of it.
+    pub map: &'a InverseDepth,
+    /// Where that is reliable: not 0.
+    pub reliable: &'a Mask,
+    /// Points of known depth besides.
+    pub matches: &'a [DepthSample],
+}
 
 /// Replaces the depth that was `measured` of a photo where it leads outside of the `other`: by the `prior` that it was measured
 /// with, corrected.

@@ -12,8 +12,8 @@ mod transfer;
 mod two_view;
 
 pub(crate) use completion::KnownDepth;
-pub use completion::{CompletionOptions, MeasuredDepth, complete_depth, complete_reference_depth};
-pub(crate) use correction::correct_outside;
+pub use completion::{CompletionOptions, complete_depth};
+pub(crate) use correction::{MeasuredDepth, correct_outside};
 pub use holes::Holes;
 pub(crate) use stereo::{Prior, refine_prior};
 pub use stereo::{RefineOptions, Refined, refine};

@@ -41,7 +41,7 @@ pub fn derive_depth(
 
 /// Calls `put` with the index of every pixel of the `other` photo (width, height) that a pixel of the map covers there, its
 /// inverse depth in that photo, and in its own.
-pub(super) fn for_each_landing(
+fn for_each_landing(
     depth: &InverseDepth,
     model: &Model,
     (w, h): (usize, usize),

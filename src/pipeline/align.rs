@@ -277,7 +277,7 @@ impl Alignment<'_> {
             let flat =
                 homography.as_ref().map(|flat| (&flat.geometry, given.or(flat.matches.as_deref()).unwrap_or_default()));
             match complete(&self.geometry, matches, flat, photos, refined, options, completing)? {
-                Completed::Surfaces(maps, extrapolation) => {
+                Completed::Surface(maps, extrapolation) => {
                     self.depth = maps.map(|map| Some(Cow::Owned(map)));
                     self.smooth = true;
                     if matches!(extrapolation, Extrapolation::Plane | Extrapolation::FrontoParallel(_)) {

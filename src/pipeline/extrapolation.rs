@@ -6,10 +6,7 @@ use super::options::Options;
 use super::picture::{Picture, Placed};
 use super::prediction::{Flaws, Prediction};
 use super::projected::picture_of;
-use crate::depth::{
-    CompletionOptions, Extrapolation, KnownDepth, MeasuredDepth, OtherView, Refined, Surface, SurfaceShape,
-    complete_reference_depth,
-};
+use crate::depth::{Extrapolation, KnownDepth, OtherView, Refined, Surface, SurfaceShape, derive_depth};
 use crate::geometry::{DepthSample, Estimate, Match, plane_at_infinity, pure_rotation};
 use crate::observer::{Observer, Portion};
 use crate::rect::{diagonal, grid_points};
@@ -37,14 +34,14 @@ const NEAR: f64 = 0.01;
 
 /// What takes the place of refined depth when there are two photos and nothing else.
 pub(super) enum Completed {
-    /// Surfaces of the target and of the reference, and how they were extrapolated.
-    Surfaces([InverseDepth; 2], Extrapolation),
-    /// They would look worse than this.
+    /// The surface as a map of the target and as one of the reference, and how it was extrapolated.
+    Surface([InverseDepth; 2], Extrapolation),
+    /// It would look worse than this.
     Homography(Box<Estimate>),
 }
 
 /// Two photos say nothing about the depth of what only one of them shows, and pixel by pixel too little for a picture without
-/// torn edges: smooth surfaces take the place of both `refined` maps, or a `homography` (with the matches
+/// torn edges: a smooth surface takes the place of both `refined` maps, or a `homography` (with the matches
 /// it was fitted to) where that looks better.
 pub(super) fn complete(
     geometry: &Estimate,
@@ -57,23 +54,22 @@ pub(super) fn complete(
 ) -> Result<Completed> {
     let photos = [target, reference];
     let sizes = photos.map(|photo| photo.size());
-    let models = [&geometry.forward, &geometry.reverse];
-    let [target_matches, reference_matches] = [0, 1].map(|side| triangulated(geometry, matches, side));
-    let [reliable_target, reliable_reference] = &refined.reliable;
+    let model = &geometry.forward;
+    let samples = triangulated(geometry, matches, 0);
     let ends: Vec<_> = geometry.inliers_of(matches).map(|m| [m.target, m.reference]).collect();
-    let infinity = plane_at_infinity(models[0], &ends, sizes, options.estimate.focal).map(|[a, b, _]| [a, b]);
-    let other = OtherView { infinity, ..OtherView::new(models[0], sizes[1]) };
-    let first = &mut Portion::new(observer, 0.0, 0.4);
-    let mut known =
-        KnownDepth::of(&refined.target, Some(target), other, Some(reliable_target), &target_matches, first)?;
-    let border = Border::new(&known, &target_matches, sizes[0], other)?;
-    let depth = median(target_matches.iter().map(|sample| sample.depth).collect()).unwrap_or(0.0);
+    let infinity = plane_at_infinity(model, &ends, sizes, options.estimate.focal).map(|[a, b, _]| [a, b]);
+    let other = OtherView { infinity, ..OtherView::new(model, sizes[1]) };
+    let first = &mut Portion::new(observer, 0.0, 0.5);
+    let mut known = KnownDepth::of(&refined.target, Some(target), other, Some(&refined.reliable[0]), &samples, first)?;
+    let border = Border::new(&known, &samples, sizes[0], other)?;
+    let depth = median(samples.iter().map(|sample| sample.depth).collect()).unwrap_or(0.0);
     let placed = [Placed { size: sizes[0], model: geometry.forward, depth }, Placed::reference(sizes[1])];
     let picture = picture_of(placed, geometry, matches, options);
     let prediction = Prediction::new(photos, known.segments().to_vec(), border, picture)?;
     let Some(best) = best_surface(&mut known, &prediction, other, target.size())? else {
-        return Ok(Completed::Surfaces([refined.target, refined.reference], Extrapolation::Surface));
+        return Ok(Completed::Surface([refined.target, refined.reference], Extrapolation::Surface));
     };
+    drop(refined);
     let focal = options.estimate.focal;
     let rotated = match homography {
         Some((homography, matches)) => rotation_like(homography, matches, sizes, focal),
@@ -86,14 +82,12 @@ pub(super) fn complete(
     }
     let own = best.surface.map(target.size())?;
     // Not needed any more, and as large as a few maps when the photos are small.
-    drop((known, prediction, refined.target));
-    // Nothing is shown of the reference's outside.
-    let shape = SurfaceShape { extrapolation: Extrapolation::Surface, ..best.shape };
-    let options = CompletionOptions { keep_reliable: false, shape };
-    let measured = MeasuredDepth { map: &refined.reference, reliable: reliable_reference, matches: &reference_matches };
-    let second = &mut Portion::new(observer, 0.5, 1.0);
-    let others = complete_reference_depth(&measured, reference, &own, models, &options, second)?;
-    Ok(Completed::Surfaces([own, others], best.shape.extrapolation))
+    drop((known, prediction));
+    // One surface for both: what is shown is the target's.
+    let deriving = &mut Portion::new(observer, 0.8, 1.0);
+    let derived = derive_depth(&own, model, sizes[1], deriving)?;
+    let others = derived.map_or_else(|| InverseDepth::constant(0.0, reference.width(), reference.height()), Ok)?;
+    Ok(Completed::Surface([own, others], best.shape.extrapolation))
 }
 
 /// The pure rotation of the `matches` where that looks better than their `homography`: where the overlap is small, noise decides where a
