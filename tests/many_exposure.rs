@@ -5,7 +5,7 @@ use depthstitch::mosaic::{BlendOptions, Composition, Layer};
 use depthstitch::pipeline::many::{ManyOptions, Photo, StitchedMany, stitch_many};
 use depthstitch::warp::Warped;
 use depthstitch::{Image, ImageView, Mask};
-use scene::{SIZE, Views, gallery_from, take};
+use scene::{SIZE, Views, gallery_from, linear, take};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
 
@@ -24,10 +24,39 @@ fn known_gains_are_found_although_lenses_darken_corners() {
     let done = stitched(&views, 1);
     for (photo, (report, gain)) in done.photos.iter().zip(taken).enumerate() {
         println!("{photo}: {:?} for {gain}", report.gains);
-        for found in report.gains {
-            assert!((found * gain - 1.0).abs() < 0.06, "photo {photo}: {found} for {gain}");
+        for (found, reference) in report.gains.iter().zip(done.photos[1].gains) {
+            assert!((found * gain / reference - 1.0).abs() < 0.06, "photo {photo}: {found} for {gain}");
         }
     }
+}
+
+/// The picture is not dark because the photo in whose view it is shown is, nor burnt out because that is bright: the first is lifted as a whole, for
+/// the second all photos are taken darker. Where photos differ as usual, the reference stays as it is.
+#[test]
+fn the_picture_is_as_bright_as_the_photos_are() {
+    let places = [[-0.45, 0.0, -0.05], [0.0, 0.0, 0.0], [0.45, 0.1, 0.05], [0.8, 0.0, 0.0]];
+    let brightness = |reference: f64| {
+        let mut views = gallery_from(&places);
+        let taken = [0.9, reference, 0.9, 0.9];
+        views.0.iter_mut().zip(taken).for_each(|(view, gain)| take(&mut view.rgba, SIZE, gain, 0.0));
+        let done = stitched(&views, 1);
+        let own = done.photos[1].gains;
+        for (photo, taken) in done.photos.iter().zip(taken) {
+            for (gain, own) in photo.gains.iter().zip(own) {
+                // Of what is burnt out in the reference nobody knows how bright it was.
+                let expected = own * reference / taken;
+                assert!((gain / expected - 1.0).abs() < 0.2, "{gain} instead of {expected}");
+            }
+        }
+        let seen = done.image.pixels().iter().zip(done.labels.data()).filter(|(_, label)| **label == 2);
+        let light: Vec<f64> = seen.map(|(pixel, _)| linear(pixel[1])).collect();
+        (own, light.iter().sum::<f64>() / light.len() as f64)
+    };
+    let (usual, [dark, bright]) = (brightness(0.8), [brightness(0.25), brightness(1.8)]);
+    println!("{usual:?} {dark:?} {bright:?}");
+    assert!(usual.0 == [1.0; 3] && dark.0 == [1.0; 3] && bright.0.iter().all(|gain| (0.5..0.8).contains(gain)));
+    assert!((0.5 * usual.1..1.2 * usual.1).contains(&dark.1), "{}", dark.1);
+    assert!((0.9 * usual.1..1.6 * usual.1).contains(&bright.1), "{}", bright.1);
 }
 
 /// What is brightened to match the others keeps what its own highlights show.

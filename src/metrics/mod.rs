@@ -8,7 +8,7 @@ pub use appearance::{
     visible_steps, voids,
 };
 
-use crate::mosaic::gain_table;
+use crate::mosaic::{check_gains, gain_table};
 use crate::rect::{Rect, bounding_box, extent};
 use crate::warp::{RELIABLE, Warped};
 use crate::{Error, Image, ImageView, Result};
@@ -43,9 +43,7 @@ pub fn quality(warped: &Warped, reference: ImageView<'_>, gains: [f64; 3]) -> Re
     if warped.confidence.is_none() && gains == [1.0; 3] && !reference.is_masked() {
         return measured(&warped.image, warped.offset, reference);
     }
-    if let Some(&value) = gains.iter().find(|gain| !(gain.is_finite() && **gain > 0.0)) {
-        return Err(Error::InvalidArgument { name: "gains", expected: "finite numbers above 0", value }.into());
-    }
+    check_gains(gains)?;
     let table = gain_table(gains)?;
     let (width, height) = reference.size();
     let mut target = Image::transparent(width, height)?;

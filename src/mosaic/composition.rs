@@ -8,6 +8,7 @@ use super::average::opaque_or_empty;
 use super::blend::{BlendOptions, Blending, compose};
 use super::canvas::Placed;
 use super::crop::bounds;
+use super::exposure::{check_gains, multiply};
 use super::multiband::default_bands;
 use super::seam::{self, BOTH, TARGET};
 use crate::image::{filled, reserve};
@@ -102,6 +103,15 @@ impl Composition {
         Ok(Self { image, labels, footprint, offset, depth, bands, reference: label })
     }
 
+    /// Multiplies the linear light of all that is there by the gains of red, green and blue, without losing highlights.
+    ///
+    /// # Errors
+    /// `invalid-argument` for gains that are not finite numbers above 0, `out-of-memory`, `aborted`.
+    pub fn multiply(&mut self, gains: [f64; 3], observer: &mut dyn Observer) -> Result<()> {
+        check_gains(gains)?;
+        multiply(&mut self.image, gains, observer)
+    }
+
     /// The part of the picture from (x0, y0) to (x1, y1), end excluded, in pixels of the view: with its inverse depth, and where its top
     /// left pixel is in the view. One pixel at least.
     ///
@@ -141,7 +151,7 @@ impl Composition {
     /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
     ///
     /// # Errors
-    /// `invalid-argument` for options out of range and the label 0, `size-mismatch` for a footprint, confidence or depth of another size than the
+    /// `invalid-argument` for options out of range, the label 0 and gains that are not finite numbers above 0, `size-mismatch` for a footprint, confidence or depth of another size than the
     /// picture's, `out-of-memory`, `aborted`.
     pub fn add(
         &mut self,
@@ -156,6 +166,7 @@ impl Composition {
         if layer.label == 0 {
             return Err(Error::InvalidArgument { name: "label", expected: "from 1 to 255", value: 0.0 }.into());
         }
+        layer.gains.map_or(Ok(()), check_gains)?;
         report(observer, Stage::Blend, 0.0)?;
         let Some(bounds) = bounds(&warped.image) else { return Ok(None) };
         self.grow(warped, at)?;

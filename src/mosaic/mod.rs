@@ -21,7 +21,7 @@ mod seam;
 pub(crate) use alignment::{EDGE_NODES, node_side};
 pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
 pub use composition::{Added, Composition, Layer};
-pub(crate) use exposure::gain_table;
+pub(crate) use exposure::{check_gains, gain_table, lift_shadows};
 pub use fill::{FillMethod, FillOptions, fill};
 pub use guide::FillGuide;
 pub(crate) use seam::{Choice, predict as predict_seam};

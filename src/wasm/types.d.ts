@@ -544,7 +544,10 @@ export interface PhotoReport {
   focalLength: number | null;
   /** Median error of its matches by the geometry, in pixels; null without a place. */
   error: number | null;
-  /** What red, green and blue were multiplied by in linear light, on average over the overlap with the photos before it. */
+  /**
+   * What red, green and blue were multiplied by in linear light, on average over the overlap with the photos before it. The picture's shadows
+   * may have been lifted after that.
+   */
   gains: number[];
   /** The smallest rectangle around it in the picture, from `offset`; null unless used. */
   extent: Rect | null;

@@ -20,3 +20,9 @@ pub(super) fn levels(linear: &[f32; 256]) -> Result<Vec<u8>> {
     }
     Ok(table)
 }
+
+/// The level of this much light, by such a table; that of white for more.
+pub(super) fn level_of(light: f64, levels: &[u8]) -> u8 {
+    // The conversion saturates.
+    levels[((light * (STEPS - 1) as f64 + 0.5) as usize).min(STEPS - 1)]
+}

@@ -179,7 +179,7 @@ impl Drawing<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
         let Some(composition) = &mut self.composition else {
-            let first = match warped {
+            let mut first = match warped {
                 Some((warped, _)) => Composition::of_warped(warped, self.placement.sizes[photo], layer.label)?,
                 None => Composition::of(self.photos[photo].image, self.depth(photo)?.as_deref(), layer.label)?,
             };
@@ -187,8 +187,10 @@ impl Drawing<'_> {
             let Some(drawn) = crop::bounds(&first.image) else { return Ok(None) };
             let Rect { width, height, .. } = drawn;
             let extent = [drawn.x as i64 - left as i64, drawn.y as i64 - top as i64, width as i64, height as i64];
+            let gains = layer.gains.unwrap_or([1.0; 3]);
+            first.multiply(gains, observer)?;
             self.composition = Some(first);
-            return Ok(Some(Added { gains: [1.0; 3], overlap: 0, extent }));
+            return Ok(Some(Added { gains, overlap: 0, extent }));
         };
         let Some((warped, at)) = warped else { return Ok(None) };
         self.budget.check(composition.size_with(&warped, at))?;

@@ -31,6 +31,10 @@ const NOISE: f64 = 0.1;
 const PRIOR: f64 = 0.1;
 const FIXED: f64 = 1e9;
 
+/// From the first of these on, the mean logarithm of the gains is no longer left as the reference has it: from the second on it becomes 0. Of some 70
+/// sets six have more than .3, and look much too dark or burnt out: rooms whose reference shows a bright screen, a sunset whose reference is dark.
+const UNUSUAL: [f64; 2] = [0.3, 0.5];
+
 /// Mean linear light of the cells of a photo.
 struct Light {
     /// Pixels along the side of a cell.
@@ -49,9 +53,17 @@ struct Overlap {
     count: f64,
 }
 
-/// What the red, green and blue of each photo have to be multiplied by, in linear light, so that all agree best with each other; the
-/// reference's by 1. `None` for a photo that nothing ties to the reference.
-pub(super) fn joint_gains(photos: &[Photo<'_>], alignment: &ManyAlignment) -> Result<Vec<Option<[f64; 3]>>> {
+/// How bright photos and picture are to be.
+pub(super) struct JointExposure {
+    /// What the red, green and blue of each photo have to be multiplied by, in linear light, so that all agree best with each other; the
+    /// reference's by 1 or, where the picture would be burnt out, by less. `None` for a photo that nothing ties to the reference.
+    pub gains: Vec<Option<[f64; 3]>>,
+    /// How much brighter than that what is dark in the picture is to be: 1 or more.
+    pub lift: f64,
+}
+
+/// Finds it from what the photos show of the same places.
+pub(super) fn joint_exposure(photos: &[Photo<'_>], alignment: &ManyAlignment) -> Result<JointExposure> {
     let linear = linear_light();
     let mut light: Vec<Option<Light>> = Vec::new();
     for (i, photo) in photos.iter().enumerate() {
@@ -65,7 +77,19 @@ pub(super) fn joint_gains(photos: &[Photo<'_>], alignment: &ManyAlignment) -> Re
             }
         }
     }
-    Ok(solve(photos.len(), alignment.reference, &overlaps))
+    let mut gains = solve(photos.len(), alignment.reference, &overlaps);
+    gains[alignment.reference] = Some([1.0; 3]);
+    let common = common_gain(gains.iter().flatten());
+    gains.iter_mut().flatten().flatten().for_each(|gain| *gain *= common.min(1.0));
+    Ok(JointExposure { gains, lift: common.max(1.0) })
+}
+
+/// What all are to be multiplied by so that the picture is about as bright as the photos are: 1 where they are about as bright as the reference.
+fn common_gain<'a>(gains: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
+    let logarithms: Vec<f64> = gains.flatten().map(|gain| libm::log(*gain)).collect();
+    let mean = logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64;
+    let [from, to] = UNUSUAL;
+    libm::exp(-mean * ((mean.abs() - from) / (to - from)).clamp(0.0, 1.0))
 }
 
 impl Light {

@@ -45,7 +45,7 @@ use super::options::Options;
 use super::picture::Size;
 use super::timer::StageTimer;
 use super::{Crops, Detect};
-use crate::mosaic::{Composition, Exposure, FillGuide, FillMethod, crop, fill};
+use crate::mosaic::{Composition, Exposure, FillGuide, FillMethod, crop, fill, lift_shadows};
 use crate::observer::Observer;
 use crate::report::Warning;
 use crate::workers::{Workers, without_waiting};
@@ -53,7 +53,7 @@ use crate::{Result, Stage};
 use align::align_timed;
 use check::check;
 use drawing::{Drawn, draw_as_large_as_fits};
-use exposure::joint_gains;
+use exposure::{JointExposure, joint_exposure};
 use placement::Placement;
 use reduced::{ReducedPhotos, options_for};
 use undistorted::UndistortedPhotos;
@@ -109,14 +109,15 @@ pub(crate) async fn stitch_many_with_workers(
     let aligned = &reduced.photos(given)[..];
     let aligning = &options_for(options, halvings);
     let mut alignment = align_timed(aligned, aligning, &mut budget, workers, observer, &mut timer).await?;
-    let gains = match stages.blend.exposure {
-        Exposure::Off => vec![None; photos.len()],
-        _ => joint_gains(&UndistortedPhotos::shown(&alignment.undistorted, aligned), &alignment)?,
+    let JointExposure { gains, lift } = match stages.blend.exposure {
+        Exposure::Off => JointExposure { gains: vec![None; photos.len()], lift: 1.0 },
+        _ => joint_exposure(&UndistortedPhotos::shown(&alignment.undistorted, aligned), &alignment)?,
     };
     let drawn = draw_as_large_as_fits(given, reduced, &mut alignment, &gains, &budget, observer, &mut timer)?;
     let Drawn { composition, mut reports, clipped, halvings: drawn } = drawn;
     let voids = composition.voids()?;
     let Composition { mut image, labels, offset, depth, .. } = composition;
+    lift_shadows(&mut image, lift)?;
     if let Some(options) = &stages.fill {
         // Only exemplar filling uses depth, to tell background from foreground. There is no one epipole.
         let guided = options.method == FillMethod::Exemplar && alignment.depth(alignment.reference).is_some();

@@ -75,7 +75,7 @@ pub struct PhotoReport {
     /// The median error of its matches by the geometry, in pixels. `None` without a place.
     pub error: Option<f64>,
     /// What its red, green and blue were multiplied by in linear light, on average over the overlap with the photos before
-    /// it.
+    /// it. The picture's shadows may have been lifted after that.
     pub gains: [f64; 3],
     /// The smallest rectangle around what the picture could show of it: x and y of the top left, width, height, from the
     /// reference's top left pixel. `None` unless used.
