@@ -1,7 +1,7 @@
 //! Depth completion: inverse depth where matching did not find any that is reliable, inside the overlap and outside.
 
 use super::pull_push::Level;
-use super::surface::{Equations, OtherView, Surface, SurfaceShape, sample_grid, segments};
+use super::surface::{Equations, OtherView, Solution, Surface, SurfaceShape, sample_grid, segments};
 use crate::features::LineSegment;
 use crate::geometry::{DepthSample, Model};
 use crate::image::{check_size, reserve_more};
@@ -108,7 +108,8 @@ impl<'a> KnownDepth<'a> {
         // displace more than they mend: steps of two with exact depth become .071 and .111 instead of .048 and .056.
         let found = photo.filter(|_| enough).map(|photo| segments(photo, !matches.is_empty()));
         report(observer, Stage::Depth, 0.5)?;
-        Self::through(depth, [&samples, matches], photo, found.transpose()?.unwrap_or_default(), other)
+        let segments = found.transpose()?.unwrap_or_default();
+        Self::through(depth, [&samples, matches], photo, (segments, Solution::Full), other)
     }
 
     /// Of a map that is NaN where it is not known, and of `samples` besides, one of which counts as a pixel of the map on the same grid does;
@@ -122,20 +123,20 @@ impl<'a> KnownDepth<'a> {
     ) -> Result<Self> {
         report(observer, Stage::Depth, 0.2)?;
         push_samples(&depth, other.model, &mut samples)?;
-        Self::through(depth, [&samples, &[]], Some(photo), segments.to_vec(), other)
+        Self::through(depth, [&samples, &[]], Some(photo), (segments.to_vec(), Solution::Damped), other)
     }
 
     fn through(
         depth: InverseDepth,
         [samples, matches]: [&[DepthSample]; 2],
         photo: Option<ImageView<'_>>,
-        segments: Vec<LineSegment>,
+        (segments, solution): (Vec<LineSegment>, Solution),
         other: OtherView<'a>,
     ) -> Result<Self> {
         let equations = if samples.len() + matches.len() < LEAST_SAMPLES {
             None
         } else {
-            Equations::new(samples, matches, depth.size(), photo, &segments, &other)?
+            Equations::new(samples, matches, depth.size(), photo, (&segments, solution), &other)?
         };
         Ok(Self { depth, segments, equations, other })
     }

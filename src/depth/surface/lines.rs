@@ -130,22 +130,24 @@ impl Line {
         }
     }
 
-    /// Takes off what the matrix has of this line's terms but should not have: their affine part.
-    pub fn release(&self, x: &[f64], out: &mut [f64]) {
-        self.release_values(&|term| term.value(x), out);
+    /// Adds this line's share of the normal matrix, times a vector: what pulls its values to the line that fits them best; where the matrix has them
+    /// pulled to 0, the rest.
+    pub fn add_product(&self, x: &[f64], pulled: bool, out: &mut [f64]) {
+        self.add_pull(&|term| term.value(x), pulled, out);
     }
 
-    /// The same of what the right side has of their targets.
-    pub fn release_targets(&self, out: &mut [f64]) {
-        self.release_values(&|term| term.target, out);
+    /// Adds its share of their right side, or the rest of it.
+    pub fn add_right(&self, pulled: bool, out: &mut [f64]) {
+        self.add_pull(&|term| term.target, pulled, out);
     }
 
-    fn release_values(&self, value: &dyn Fn(&Term) -> f64, out: &mut [f64]) {
+    fn add_pull(&self, value: &dyn Fn(&Term) -> f64, pulled: bool, out: &mut [f64]) {
         let [a, b] = self.affine(value);
         for ((term, w), t) in self.terms.iter().zip(&self.weights).zip(&self.along) {
-            let pull = w * (a * t + b);
+            let own = if pulled { 0.0 } else { value(term) };
+            let pull = w * (own - (a * t + b));
             for (&n, c) in term.nodes.iter().zip(term.coefficients) {
-                out[n] -= pull * c;
+                out[n] += pull * c;
             }
         }
     }

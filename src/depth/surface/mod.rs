@@ -20,6 +20,7 @@ use lines::Line;
 pub(crate) use lines::{PhotoLines, segments};
 use mesh::{Mesh, Term};
 use samples::Samples;
+pub(crate) use solve::Solution;
 use solve::System;
 
 /// Reweightings, and after how many outliers lose more.
@@ -151,6 +152,7 @@ pub(super) struct Equations {
     samples: Samples,
     smoothness: Vec<Term>,
     lines: Vec<Line>,
+    solution: Solution,
     /// The values after the first pass for a stiffness, tight at the border or not, which most extrapolations have in common.
     first: Option<((f64, bool), Vec<f64>)>,
 }
@@ -170,7 +172,7 @@ fn robust(residual: f64, late: bool) -> f64 {
 impl Equations {
     /// For `samples` of a photo of this size, [`sample_step`] apart, and its `matches`, each of which counts as a whole cell of the
     /// mesh: the surface bends where the photo has edges rather than elsewhere, is affine along the `segments`, and far from all
-    /// samples the background's plane.
+    /// samples the background's plane, as far as the `solution` goes.
     ///
     /// `None` when they do not determine a plane.
     pub fn new(
@@ -178,13 +180,14 @@ impl Equations {
         matches: &[DepthSample],
         size: (usize, usize),
         photo: Option<ImageView<'_>>,
-        segments: &[LineSegment],
+        (segments, solution): (&[LineSegment], Solution),
         other: &OtherView<'_>,
     ) -> Result<Option<Self>> {
         let all = [samples, matches].concat();
         let Some(plane) = background(&all, size, other) else { return Ok(None) };
         let nearness = |sample: &DepthSample| other.nearness(sample, size);
         let Some(mut found) = Self::of_samples(samples, matches, size, plane, &nearness)? else { return Ok(None) };
+        found.solution = solution;
         found.smoothness = found.mesh.smoothness(photo);
         let upright = other.infinity.map(|slopes| found.deviations(slopes));
         found.lines = lines::along(&found.mesh, segments, size, lines::LINE, &|_| 0.0, upright);
@@ -223,7 +226,8 @@ impl Equations {
             return Ok(None);
         }
         let samples = Samples::new(&mesh, [samples, matches], plane, parallax, nearness)?;
-        Ok(Some(Self { mesh, plane, parallax, samples, smoothness: Vec::new(), lines: Vec::new(), first: None }))
+        let (smoothness, lines, solution) = (Vec::new(), Vec::new(), Solution::Full);
+        Ok(Some(Self { mesh, plane, parallax, samples, smoothness, lines, solution, first: None }))
     }
 
     /// Slopes of inverse depth along x and y, as those of the values.
@@ -234,7 +238,7 @@ impl Equations {
     /// The surface, by reweighted least squares; `None` where they do not determine it.
     pub fn solve(&mut self, other: &OtherView<'_>, shape: SurfaceShape) -> Result<Option<Surface>> {
         let slopes = other.infinity.map(|slopes| self.deviations(slopes));
-        let Self { mesh, plane, parallax, samples, smoothness, lines, first } = self;
+        let Self { mesh, plane, parallax, samples, smoothness, lines, solution, first } = self;
         let SurfaceShape { stiffness, extrapolation, tight_at_border: tight } = shape;
         // What the values become far outside, relative to the background's plane.
         let goal = match (extrapolation, slopes) {
@@ -265,7 +269,7 @@ impl Equations {
             mesh.pull(&depth, far, &mut pulls);
             let mut system = fixed.clone();
             system.add(&pulls, stiffness);
-            let Some(next) = solve::reweighted(system, (samples, tight), lines, &values, pass)? else {
+            let Some(next) = solve::reweighted(system, (samples, tight), lines, &values, pass, *solution)? else {
                 return Ok(None);
             };
             values = next;
