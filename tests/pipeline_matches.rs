@@ -63,8 +63,8 @@ fn a_guided_fit_that_fails_leaves_the_first_one() {
 #[test]
 fn a_homography_instead_of_parallax_is_that_without_parallax() {
     let scene = scene::gallery();
-    // At this size a homography looks more natural.
-    let photos = Photos::of(&scene.render(420, 280), &NOISY);
+    // At this size and larger a homography looks more natural.
+    let photos = Photos::of(&scene.render(540, 360), &NOISY);
     let views = [photos.target(), photos.reference()].map(|view| View { depth: None, ..view });
     let of = |options: &Options| align(None, views[0], views[1], options, &mut ()).unwrap();
     let found = of(&Options::default());

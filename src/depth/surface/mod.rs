@@ -226,7 +226,7 @@ impl Equations {
             return Ok(None);
         }
         let samples = Samples::new(&mesh, [samples, matches], plane, parallax, nearness)?;
-        let (smoothness, lines, solution) = (Vec::new(), Vec::new(), Solution::Full);
+        let (smoothness, lines, solution) = (Vec::new(), Vec::new(), Solution::Damped);
         Ok(Some(Self { mesh, plane, parallax, samples, smoothness, lines, solution, first: None }))
     }
 

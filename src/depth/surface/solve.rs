@@ -15,7 +15,8 @@ pub(crate) enum Solution {
     /// So that hardly anything of the residual is left.
     Full,
     /// So that what nothing but lines determines, far from all samples, stays near the background. Of two photos alone that displaces what only one
-    /// shows by 5 % more and bends it by 18 % more; but in sets, where what lies outside is seen by others, what is fully solved is displaced twice as far.
+    /// shows by 5 % more and bends it by 18 % more; but in sets, where others see what lies outside, what is fully solved is displaced twice as far,
+    /// and so are corrections of given maps.
     Damped,
 }
 
