@@ -31,8 +31,9 @@ const NOISE: f64 = 0.1;
 const PRIOR: f64 = 0.1;
 const FIXED: f64 = 1e9;
 
-/// From the first of these on, the mean logarithm of the gains is no longer left as the reference has it: from the second on it becomes 0. Of some 70
-/// sets six have more than .3, and look much too dark or burnt out: rooms whose reference shows a bright screen, a sunset whose reference is dark.
+/// From the first of these on, the mean logarithm of the gains is no longer left as the reference has it: from the second on it becomes 0. Of some 80
+/// sets seven have more than .3, and six of them look much too dark or burnt out: rooms whose reference shows a bright screen, a sunset whose reference
+/// is dark.
 const UNUSUAL: [f64; 2] = [0.3, 0.5];
 
 /// Mean linear light of the cells of a photo.
