@@ -106,10 +106,12 @@ impl<'a> KnownDepth<'a> {
         let enough = samples.len() + matches.len() >= LEAST_SAMPLES;
         // Two photos alone, which come with matches, have no better way to tell where a lamp post ends. In sets, where more is known, joined lines
         // displace more than they mend: steps of two with exact depth become .071 and .111 instead of .048 and .056.
-        let found = photo.filter(|_| enough).map(|photo| segments(photo, !matches.is_empty()));
+        let alone = !matches.is_empty();
+        let solution = if alone { Solution::Full } else { Solution::Damped };
+        let found = photo.filter(|_| enough).map(|photo| segments(photo, alone));
         report(observer, Stage::Depth, 0.5)?;
         let segments = found.transpose()?.unwrap_or_default();
-        Self::through(depth, [&samples, matches], photo, (segments, Solution::Full), other)
+        Self::through(depth, [&samples, matches], photo, (segments, solution), other)
     }
 
     /// Of a map that is NaN where it is not known, and of `samples` besides, one of which counts as a pixel of the map on the same grid does;

@@ -151,8 +151,8 @@ impl Composition {
     /// Adds a photo warped into the view; `at` is where the photo's origin is there. `None` when nothing of it is visible.
     ///
     /// # Errors
-    /// `invalid-argument` for options out of range, the label 0 and gains that are not finite numbers above 0, `size-mismatch` for a footprint, confidence or depth of another size than the
-    /// picture's, `out-of-memory`, `aborted`.
+    /// `invalid-argument` for options out of range, the label 0 and gains that are not finite numbers above 0, `size-mismatch` for a footprint,
+    /// confidence or depth of another size than the picture's, `out-of-memory`, `aborted`.
     pub fn add(
         &mut self,
         warped: &Warped,

@@ -294,7 +294,7 @@ impl Alignment<'_> {
             return Ok(());
         }
         if let Some(prior) = target.depth.filter(|_| inexact) {
-            let matches = &triangulated(&self.geometry, matches, 0);
+            let matches = &triangulated(&self.geometry, matches);
             let measured = MeasuredDepth { map: &refined.target, reliable: &refined.reliable[0], matches };
             let reference = OtherView::new(&forward, photos[1].size());
             if let Some(corrected) = correct_outside(&measured, prior, photos[0], reference, completing)? {

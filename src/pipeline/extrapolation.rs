@@ -55,7 +55,7 @@ pub(super) fn complete(
     let photos = [target, reference];
     let sizes = photos.map(|photo| photo.size());
     let model = &geometry.forward;
-    let samples = triangulated(geometry, matches, 0);
+    let samples = triangulated(geometry, matches);
     let ends: Vec<_> = geometry.inliers_of(matches).map(|m| [m.target, m.reference]).collect();
     let infinity = plane_at_infinity(model, &ends, sizes, options.estimate.focal).map(|[a, b, _]| [a, b]);
     let other = OtherView { infinity, ..OtherView::new(model, sizes[1]) };
@@ -153,14 +153,10 @@ fn better_homography(
     Ok(better)
 }
 
-/// Inliers among the matches with their depth in the target (side 0) or the reference (1).
-pub(super) fn triangulated(geometry: &Estimate, matches: &[Match], side: usize) -> Vec<DepthSample> {
-    let model = [&geometry.forward, &geometry.reverse][side];
-    let sample = |m: &Match| {
-        let ends = [m.target, m.reference];
-        let depth = model.triangulate(ends[side], ends[1 - side])?;
-        Some(DepthSample::new(model, ends[side], depth))
-    };
+/// Inliers among the matches with their depth in the target.
+pub(super) fn triangulated(geometry: &Estimate, matches: &[Match]) -> Vec<DepthSample> {
+    let model = &geometry.forward;
+    let sample = |m: &Match| Some(DepthSample::new(model, m.target, model.triangulate(m.target, m.reference)?));
     geometry.inliers_of(matches).filter_map(sample).collect()
 }
 

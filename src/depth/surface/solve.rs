@@ -80,8 +80,10 @@ pub(super) fn reweighted(
     samples.for_each_cell(start, tight, pass, &mut |nodes, block| system.add_block(nodes, block));
     for line in lines.iter_mut() {
         line.reweight(start, pass);
-        for (term, weight) in line.terms.iter().zip(&line.weights).filter(|_| solution.pulls_lines()) {
-            system.add_block(&term.nodes, &Block::of(term, *weight));
+        if solution.pulls_lines() {
+            for (term, weight) in line.terms.iter().zip(&line.weights) {
+                system.add_block(&term.nodes, &Block::of(term, *weight));
+            }
         }
     }
     let System { matrix, mut right } = system;
