@@ -12,7 +12,7 @@ use std::time::Instant;
 use depthstitch::Image;
 use depthstitch::View;
 use depthstitch::geometry::{Frame, estimate};
-use depthstitch::mosaic::{BlendOptions, blend};
+use depthstitch::mosaic::{BlendOptions, SeamGuide, blend};
 use depthstitch::pipeline::Options;
 use depthstitch::warp::warp;
 
@@ -37,10 +37,10 @@ fn run(folder: &Path, out: &Path, runs: usize) {
 
     let options = BlendOptions::default();
     let mut best = f64::INFINITY;
-    let mut mosaic = blend(&warped, reference.image, None, &options, &mut ()).expect("a mosaic");
+    let mut mosaic = blend(&warped, reference.image, &SeamGuide::default(), &options, &mut ()).expect("a mosaic");
     for _ in 0..runs {
         let start = Instant::now();
-        mosaic = blend(&warped, reference.image, None, &options, &mut ()).expect("a mosaic");
+        mosaic = blend(&warped, reference.image, &SeamGuide::default(), &options, &mut ()).expect("a mosaic");
         best = best.min(start.elapsed().as_secs_f64() * 1e3);
     }
 

@@ -11,7 +11,7 @@ use depthstitch::View;
 use depthstitch::features::{self, DetectOptions, detect, match_features};
 use depthstitch::geometry::{Frame, Match, estimate};
 use depthstitch::metrics::quality;
-use depthstitch::mosaic::{BlendOptions, FillGuide, blend, fill};
+use depthstitch::mosaic::{BlendOptions, FillGuide, SeamGuide, blend, fill};
 use depthstitch::pipeline::{Options, stitch};
 use depthstitch::warp::{WarpMode, WarpOptions, warp};
 use scene::{MatchOptions, Photos};
@@ -77,11 +77,14 @@ fn stages(group: &mut BenchmarkGroup<'_, WallTime>, matches: &[Match], target: V
     });
     for (name, how) in [("average", BlendOptions::paper()), ("blend", BlendOptions::default())] {
         group.bench_function(name, |b| {
-            b.iter(|| blend(black_box(&warped), reference.image, None, &how, &mut ()).expect("it fits"));
+            b.iter(|| {
+                blend(black_box(&warped), reference.image, &SeamGuide::default(), &how, &mut ()).expect("it fits")
+            });
         });
     }
 
-    let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).expect("it fits");
+    let mosaic =
+        blend(&warped, reference.image, &SeamGuide::default(), &BlendOptions::paper(), &mut ()).expect("it fits");
     let how = options.fill.clone().unwrap_or_default();
     let guide = FillGuide::new(&mut warped, &mosaic.seam, forward, reference).expect("it fits");
     group.bench_function("fill", |b| {

@@ -4,7 +4,7 @@
 use depthstitch::depth::derive_depth;
 use depthstitch::geometry::{Model, Threshold};
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, FillOptions, Layer, blend};
+use depthstitch::mosaic::{BlendOptions, Composition, FillGuide, FillOptions, Layer, SeamGuide, blend};
 use depthstitch::observer::Observer;
 use depthstitch::pipeline::many::{ManyOptions, Photo, stitch_many};
 use depthstitch::pipeline::{Options, stitch};
@@ -168,7 +168,7 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
     let flat = Model::homography(Matrix3::identity());
     let view = View { image: reference.view(), depth: None };
     let options = BlendOptions::default();
-    let layer = Layer { label: 2, gains: None };
+    let layer = Layer { label: 2, gains: None, matches: &[] };
     let mut set = Composition::of(reference.view(), None, 1).unwrap();
     for (torn, mut warped) in [
         ("footprint", Warped { footprint: turned.clone(), ..warped() }),
@@ -176,7 +176,7 @@ fn warped_photos_whose_masks_or_depth_do_not_fit() {
         ("depth", Warped { depth: InverseDepth::constant(1.0, 6, 8).ok(), ..warped() }),
     ] {
         let errors = [
-            blend(&warped, reference.view(), None, &options, &mut ()).unwrap_err(),
+            blend(&warped, reference.view(), &SeamGuide::default(), &options, &mut ()).unwrap_err(),
             set.add(&warped, [0, 0], layer, &options, &mut ()).unwrap_err(),
             Composition::of_warped(warped.clone(), (8, 6), 1).unwrap_err(),
             FillGuide::new(&mut warped, &seam, &flat, view).unwrap_err(),

@@ -3,7 +3,8 @@
 
 mod pictures;
 
-use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Layer, Mosaic, Seam, blend};
+use depthstitch::geometry::Match;
+use depthstitch::mosaic::{BlendOptions, Blending, Composition, Exposure, Layer, Mosaic, Seam, SeamGuide, blend};
 use depthstitch::warp::Warped;
 use depthstitch::{Error, Image, Mask, Result, Stage};
 use pictures::{Watch, mask, picture, pixels, warped};
@@ -42,7 +43,7 @@ fn overlapping(x: usize, y: usize) -> bool {
 }
 
 fn compose(warped: &Warped, reference: &Image, options: &BlendOptions) -> Result<Mosaic> {
-    blend(warped, reference.view(), None, options, &mut ())
+    blend(warped, reference.view(), &SeamGuide::default(), options, &mut ())
 }
 
 fn ways() -> Vec<BlendOptions> {
@@ -196,7 +197,9 @@ fn the_seam_avoids_what_moved_and_what_is_unreliable() {
 
         let reliable = mask(100, 100, |x, y| !moved(x + LEFT, y));
         let (warped, other) = (stage(|x, _| x < 120, texture), reference(texture));
-        let mosaic = blend(&warped, other.view(), Some(&reliable), &options, &mut ()).unwrap();
+        let mosaic =
+            blend(&warped, other.view(), &SeamGuide { reliable: Some(&reliable), matches: &[] }, &options, &mut ())
+                .unwrap();
         assert!(!passes(&mosaic.seam, moved), "the seam crosses what is unreliable in {bar:?}");
     }
 }
@@ -254,10 +257,59 @@ fn the_reference_shows_what_leans_though_the_target_covers_it() {
     let mosaic = compose(&warped, &other, &options).unwrap();
     // The same of a set of photos, whose labels are the target's and the reference's of two.
     let mut set = Composition::of(other.view(), None, 2).unwrap();
-    set.add(&warped, [0, 0], Layer { label: 1, gains: None }, &options, &mut ()).unwrap();
+    set.add(&warped, [0, 0], Layer { label: 1, gains: None, matches: &[] }, &options, &mut ()).unwrap();
     for labels in [&mosaic.seam, &set.labels] {
         let shown = (0..CANVAS.0 * CANVAS.1).filter(|i| tower(i % CANVAS.0, i / CANVAS.0)).map(|i| labels.data()[i]);
         assert_eq!(shown.filter(|label| *label != 2).count(), 0, "the target shows of the tower");
+    }
+}
+
+/// A sign that the photos show 30 pixels apart, with nothing between its two places that would keep the seam from passing there: it would be seen
+/// twice, or not at all.
+#[test]
+fn what_the_photos_show_at_two_places_is_seen_once() {
+    let options = BlendOptions { exposure: Exposure::Off, seam: Seam::Cut, ..Default::default() };
+    for [own, other] in [[70, 100], [100, 70]] {
+        let sign = |left: usize, x: usize, y: usize| (left..left + 10).contains(&x) && (30..70).contains(&y);
+        let target = |x: usize, y: usize| match x {
+            _ if sign(own, x, y) => [90, 30, 120],
+            82..98 => [140; 3],
+            _ => [146; 3],
+        };
+        let warped = stage(|x, _| x < 120, target);
+        let reference = reference(|x, y| if sign(other, x, y) { [90, 30, 120] } else { [140; 3] });
+        let place = |left: usize, y: f64| [left as f64 + 4.5, y];
+        let match_at = |y: usize| Match { target: place(own, y as f64), reference: place(other, y as f64) };
+        let matches: Vec<Match> = (30..70).step_by(3).map(match_at).collect();
+        let seen = |labels: &Mask| {
+            let shows = |left: usize, label: u8| {
+                (0..CANVAS.0 * CANVAS.1)
+                    .filter(|i| sign(left, i % CANVAS.0, i / CANVAS.0))
+                    .all(|i| labels.data()[i] == label)
+            };
+            usize::from(shows(own, 1)) + usize::from(shows(other, 2))
+        };
+        let mosaic = |matches| {
+            let guide = SeamGuide { reliable: None, matches };
+            blend(&warped, reference.view(), &guide, &options, &mut ()).unwrap()
+        };
+        assert_ne!(seen(&mosaic(&[]).seam), 1, "the seam goes round by itself");
+        assert_eq!(seen(&mosaic(&matches).seam), 1, "with {own} and {other}");
+
+        // The same of a set of photos, where places are in pixels of the reference's view.
+        let in_view = |[x, y]: [f64; 2]| [x - LEFT as f64, y];
+        let labelled = |label: u8| -> Vec<(Match, u8)> {
+            let place = |m: &Match| Match { target: in_view(m.target), reference: in_view(m.reference) };
+            matches.iter().map(|m| (place(m), label)).collect()
+        };
+        let set = |matches: &[(Match, u8)]| {
+            let mut set = Composition::of(reference.view(), None, 2).unwrap();
+            set.add(&warped, [0, 0], Layer { label: 1, gains: None, matches }, &options, &mut ()).unwrap();
+            set
+        };
+        assert_eq!(seen(&set(&labelled(2)).labels), 1, "of a set, with {own} and {other}");
+        // Another photo's matches say nothing of what this one shows.
+        assert_eq!(set(&labelled(3)).labels, set(&[]).labels);
     }
 }
 
@@ -371,12 +423,12 @@ fn reports_progress_and_can_be_stopped() {
     let (warped, other) = (stage(overlapping, texture), reference(|x, y| texture(x + 1, y)));
     for options in ways() {
         let mut watch = Watch::new(Stage::Blend);
-        blend(&warped, other.view(), None, &options, &mut watch).unwrap();
+        blend(&warped, other.view(), &SeamGuide::default(), &options, &mut watch).unwrap();
         assert!(watch.seen.is_sorted(), "{options:?}: {:?}", watch.seen);
         assert_eq!((watch.seen.first(), watch.seen.last()), (Some(&0.0), Some(&1.0)));
         for limit in [0.0, 0.1, 0.3, 0.7] {
             let mut watch = Watch::until(Stage::Blend, limit);
-            let stopped = blend(&warped, other.view(), None, &options, &mut watch);
+            let stopped = blend(&warped, other.view(), &SeamGuide::default(), &options, &mut watch);
             assert_eq!(stopped, Err(Error::Aborted.into()), "{options:?} at {limit}");
         }
     }
@@ -386,7 +438,8 @@ fn reports_progress_and_can_be_stopped() {
 fn refuses_bad_options_and_sizes() {
     let (warped, other) = (stage(overlapping, texture), reference(texture));
     let refused = |options: &BlendOptions, reliable: Option<&Mask>| {
-        let error = blend(&warped, other.view(), reliable, options, &mut ()).unwrap_err();
+        let guide = SeamGuide { reliable, matches: &[] };
+        let error = blend(&warped, other.view(), &guide, options, &mut ()).unwrap_err();
         (error.code(), error.details())
     };
     let feather = BlendOptions { feather: 1001, ..BlendOptions::default() };

@@ -4,7 +4,7 @@
 mod pictures;
 
 use depthstitch::Image;
-use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, Seam, blend};
+use depthstitch::mosaic::{BlendOptions, Exposure, Mosaic, Seam, SeamGuide, blend};
 use depthstitch::warp::{WarpMode, WarpOptions, Warped, warp};
 use pictures::{picture, pixels, warped};
 use scene::{Camera, MatchOptions, Pair, Photos, Scene, level, linear};
@@ -61,7 +61,7 @@ impl<'a> Staged<'a> {
     }
 
     fn blend(&self, warped: &Warped, options: &BlendOptions) -> Mosaic {
-        blend(warped, self.photos.reference.view(), None, options, &mut ()).unwrap()
+        blend(warped, self.photos.reference.view(), &SeamGuide::default(), options, &mut ()).unwrap()
     }
 
     /// What the reference's camera would see on the whole canvas.
@@ -209,7 +209,7 @@ fn side_by_side(
     let warped = warped(image.clone(), (left, 0));
     let reference = picture(width - left, height, |x, y| reference(x + left, y));
     let options = BlendOptions { seam: Seam::Cut, ..BlendOptions::default() };
-    let mosaic = blend(&warped, reference.view(), None, &options, &mut ()).unwrap();
+    let mosaic = blend(&warped, reference.view(), &SeamGuide::default(), &options, &mut ()).unwrap();
     (image, mosaic)
 }
 

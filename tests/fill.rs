@@ -9,7 +9,7 @@ mod fingerprint;
 mod pictures;
 
 use depthstitch::inverse_depth::DepthKind;
-use depthstitch::mosaic::{BlendOptions, FillGuide, FillMethod, FillOptions, blend, fill};
+use depthstitch::mosaic::{BlendOptions, FillGuide, FillMethod, FillOptions, SeamGuide, blend, fill};
 use depthstitch::warp::{WarpOptions, warp};
 use depthstitch::{Error, Image, InverseDepth, Mask, Stage};
 use fingerprint::fingerprint;
@@ -61,7 +61,7 @@ fn gain(name: &str, scene: &Scene, (width, height): (usize, usize)) -> f64 {
     let photos = Photos::of(&pair, &MatchOptions { count: 4, sigma: 0.0, outliers: 0.0, seed: 1 });
     let (target, reference) = (photos.target(), photos.reference());
     let mut warped = warp(target, reference, &pair.forward, &pair.reverse, &WarpOptions::paper(), &mut ()).unwrap();
-    let mosaic = blend(&warped, reference.image, None, &BlendOptions::paper(), &mut ()).unwrap();
+    let mosaic = blend(&warped, reference.image, &SeamGuide::default(), &BlendOptions::paper(), &mut ()).unwrap();
     let guide = FillGuide::new(&mut warped, &mosaic.seam, &pair.forward, reference).unwrap();
     let camera = Camera::new(&scene.reference, width, height);
     let truth: Vec<[u8; 3]> = (0..mosaic.voids.data().len())

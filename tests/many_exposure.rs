@@ -94,8 +94,10 @@ fn gains_that_are_known_apply_without_an_overlap() {
     for (gains, expected) in [(None, 50), (Some([2.0; 3]), 71)] {
         let mut set = Composition::of(even(100).view(), None, 1).unwrap();
         let at = [side as i64, 0];
-        let added =
-            set.add(&warped, at, Layer { label: 2, gains }, &BlendOptions::default(), &mut ()).unwrap().unwrap();
+        let added = set
+            .add(&warped, at, Layer { label: 2, gains, matches: &[] }, &BlendOptions::default(), &mut ())
+            .unwrap()
+            .unwrap();
         assert_eq!((added.overlap, added.gains), (0, gains.unwrap_or([1.0; 3])));
         let pixel = set.image.pixels()[side / 2 * set.image.width() + 3 * side / 2];
         assert!(pixel[0].abs_diff(expected) <= 1, "{pixel:?} with {gains:?}");

@@ -17,12 +17,12 @@ mod blending {
     #[cfg(target_arch = "wasm32")]
     use super::test;
     use super::*;
-    use depthstitch::mosaic::{BlendOptions, Mosaic};
+    use depthstitch::mosaic::{BlendOptions, Mosaic, SeamGuide};
     use depthstitch::{ImageView, Result};
 
     /// The plain average.
     fn blend(warped: &Warped, reference: ImageView<'_>) -> Result<Mosaic> {
-        depthstitch::mosaic::blend(warped, reference, None, &BlendOptions::paper(), &mut ())
+        depthstitch::mosaic::blend(warped, reference, &SeamGuide::default(), &BlendOptions::paper(), &mut ())
     }
 
     fn warped(image: Image, footprint: Mask, offset: (usize, usize)) -> Warped {
@@ -127,7 +127,7 @@ mod composition {
             let blending = Blending::Feather;
             let options = BlendOptions { bands, blending, feather: 200, exposure: Exposure::Off, ..Default::default() };
             let mut set = Composition::of(first.view(), None, 1).unwrap();
-            set.add(&added, [0, 0], Layer { label: 2, gains: None }, &options, &mut ()).unwrap();
+            set.add(&added, [0, 0], Layer { label: 2, gains: None, matches: &[] }, &options, &mut ()).unwrap();
             set
         };
         let (few, many) = (with(1), with(6));

@@ -4,7 +4,7 @@
 mod pictures;
 
 use depthstitch::Image;
-use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+use depthstitch::mosaic::{BlendOptions, Blending, Exposure, Mosaic, Seam, SeamGuide, blend};
 use pictures::{picture, pixels, warped};
 #[cfg(target_arch = "wasm32")]
 use wasm_bindgen_test::wasm_bindgen_test as test;
@@ -36,7 +36,7 @@ fn composed(lower: f64, bright: bool, seam: Seam) -> Mosaic {
     let reference = picture(CANVAS.0 - LEFT, CANVAS.1, |x, y| gray(sky(x + LEFT, y, Some(0.0), bright)));
     let options =
         BlendOptions { exposure: Exposure::Off, seam, blending: Blending::Feather, feather: 0, ..Default::default() };
-    blend(&warped, reference.view(), None, &options, &mut ()).unwrap()
+    blend(&warped, reference.view(), &SeamGuide::default(), &options, &mut ()).unwrap()
 }
 
 /// By how many pixels the cable misses itself from one column to the next, at most.

@@ -5,7 +5,7 @@ import { gzipSync } from "node:zlib";
 import { isMain, root } from "./shared.mjs";
 
 /** Maximum size of each module in bytes, compressed by gzip -9. */
-const budgets = { depthstitch: 244 * 1024, many: 353 * 1024, codecs: 200 * 1024 };
+const budgets = { depthstitch: 246 * 1024, many: 356 * 1024, codecs: 200 * 1024 };
 
 export async function checkSize() {
   const { default: binaryen } = await import("binaryen");

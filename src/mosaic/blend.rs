@@ -3,6 +3,7 @@
 use super::average::{average, opaque_or_empty};
 use super::canvas::Placed;
 use super::{alignment, exposure, feather, multiband, seam};
+use crate::geometry::Match;
 use crate::image::{check_size, reserve};
 use crate::observer::{Observer, Portion, report};
 use crate::transparency::outside;
@@ -110,11 +111,20 @@ pub struct Mosaic {
     pub gains: [f64; 3],
 }
 
+/// What decides which photo shows where both are valid, besides how alike they are.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SeamGuide<'a> {
+    /// On the reference's grid, where the alignment is reliable: the seam keeps away from elsewhere.
+    pub reliable: Option<&'a Mask>,
+    /// Where the warped target and the reference show the same, in pixels of the canvas: what they show at different places, as it moved or is
+    /// not aligned, is to be seen once.
+    pub matches: &'a [Match],
+}
+
 /// Composes the mosaic of the warped target and the reference. The reference's colours are changed only across the seam.
 ///
 /// The target is valid where the warped alpha is not 0, the reference where it is not masked: a hole in it is a void unless the target shows
 /// there, and where it ends within its frame is none.
-/// `reliable`, on the reference's grid, says where the alignment is reliable: the seam keeps away from elsewhere.
 ///
 /// # Errors
 /// `size-mismatch` when the reference does not fit the canvas or a mask has another size, `invalid-argument` for options
@@ -122,11 +132,11 @@ pub struct Mosaic {
 pub fn blend(
     warped: &Warped,
     reference: ImageView<'_>,
-    reliable: Option<&Mask>,
+    guide: &SeamGuide<'_>,
     options: &BlendOptions,
     observer: &mut dyn Observer,
 ) -> Result<Mosaic> {
-    check(warped, reference, reliable, options)?;
+    check(warped, reference, guide, options)?;
     report(observer, Stage::Blend, 0.0)?;
 
     // The target on the canvas, and which photos are valid where.
@@ -140,7 +150,7 @@ pub fn blend(
     let mut seam = seam::sides(&image, &placed)?;
 
     // Colours, then the seam, then the transition across it.
-    let preference = seam::Preference { reliable, confidence: warped.confidence.as_ref(), labels: None };
+    let preference = seam::Preference { guide: *guide, confidence: warped.confidence.as_ref(), labels: None };
     let gains = compose((&mut image, None), &mut seam, &placed, &preference, options, observer)?;
 
     // Voids: within the footprint, but of neither photo.
@@ -199,9 +209,9 @@ pub(super) fn compose(
     Ok(gains)
 }
 
-fn check(warped: &Warped, reference: ImageView<'_>, reliable: Option<&Mask>, options: &BlendOptions) -> Result<()> {
+fn check(warped: &Warped, reference: ImageView<'_>, guide: &SeamGuide<'_>, options: &BlendOptions) -> Result<()> {
     warped.check_canvas(reference)?;
-    if let Some(reliable) = reliable {
+    if let Some(reliable) = guide.reliable {
         check_size("reliable", reliable.size(), reference.size())?;
     }
     options.check()

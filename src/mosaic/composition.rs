@@ -5,12 +5,13 @@
 //! the work is in proportion to the photos, not to the canvas times their number.
 
 use super::average::opaque_or_empty;
-use super::blend::{BlendOptions, Blending, compose};
+use super::blend::{BlendOptions, Blending, SeamGuide, compose};
 use super::canvas::Placed;
 use super::crop::bounds;
 use super::exposure::{check_gains, multiply};
 use super::multiband::default_bands;
 use super::seam::{self, BOTH, TARGET};
+use crate::geometry::Match;
 use crate::image::{filled, reserve};
 use crate::observer::{Observer, report};
 use crate::rect::Rect;
@@ -39,12 +40,15 @@ pub struct Composition {
 
 /// How a photo is added.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layer {
+pub struct Layer<'a> {
     /// Its value in [`Composition::labels`], above 0.
     pub label: u8,
     /// What its red, green and blue are multiplied by in linear light, up to local differences; `None` to find that where it overlaps
     /// what is there.
     pub gains: Option<[f64; 3]>,
+    /// Where it and other photos show the same, in pixels of the view, and the label of the other one, whose place comes second: see
+    /// [`SeamGuide::matches`](super::SeamGuide::matches).
+    pub matches: &'a [(Match, u8)],
 }
 
 /// What became of a photo.
@@ -157,7 +161,7 @@ impl Composition {
         &mut self,
         warped: &Warped,
         at: [i64; 2],
-        layer: Layer,
+        layer: Layer<'_>,
         options: &BlendOptions,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
@@ -185,8 +189,9 @@ impl Composition {
         let overlap = shown.data().iter().filter(|side| **side == BOTH).count();
         let labels =
             Mask::from_bytes(part(self.labels.data(), self.labels.width(), window)?, window.width, window.height);
+        let matches = self.visible_matches(layer.matches, window, &labels)?;
         let preference = seam::Preference {
-            reliable: None,
+            guide: SeamGuide { reliable: None, matches: &matches },
             confidence: confidence.as_ref(),
             labels: Some((&labels, self.reference)),
         };
@@ -198,6 +203,23 @@ impl Composition {
         report(observer, Stage::Blend, 1.0)?;
         let [x, y] = [own.x as i64 - self.offset.0 as i64, own.y as i64 - self.offset.1 as i64];
         Ok(Some(Added { gains, overlap, extent: [x, y, own.width as i64, own.height as i64] }))
+    }
+
+    /// The matches of a new photo whose other end the mosaic shows, in pixels of a window; `labels` are those there.
+    fn visible_matches(&self, matches: &[(Match, u8)], window: Rect, labels: &Mask) -> Result<Vec<Match>> {
+        let (left, top) = self.offset;
+        let (left, top) = (left as f64 - window.x as f64, top as f64 - window.y as f64);
+        let shown = |[x, y]: [f64; 2]| {
+            let inside = x >= 0.0 && y >= 0.0 && x < window.width as f64 && y < window.height as f64;
+            inside.then(|| labels.data()[y as usize * window.width + x as usize])
+        };
+        let mut found = Vec::new();
+        reserve(&mut found, matches.len())?;
+        found.extend(matches.iter().filter_map(|(Match { target, reference }, label)| {
+            let [target, reference] = [target, reference].map(|[x, y]| [x + left, y + top]);
+            (shown(reference) == Some(*label)).then_some(Match { target, reference })
+        }));
+        Ok(found)
     }
 
     /// Pixels inside of the photos' footprints that none of them shows.

@@ -19,7 +19,7 @@ mod multiband;
 mod seam;
 
 pub(crate) use alignment::{EDGE_NODES, node_side};
-pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, blend};
+pub use blend::{BlendOptions, Blending, Exposure, Mosaic, Seam, SeamGuide, blend};
 pub use composition::{Added, Composition, Layer};
 pub(crate) use exposure::{check_gains, gain_table, lift_shadows};
 pub use fill::{FillMethod, FillOptions, fill};

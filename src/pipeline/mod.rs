@@ -14,6 +14,7 @@
 
 mod align;
 mod bilinear;
+mod canvas_matches;
 mod extrapolation;
 mod features;
 mod halved;
@@ -43,13 +44,14 @@ pub use options::{Mode, Options, WithoutDepth};
 
 use crate::geometry::{Estimate, Match};
 use crate::metrics::{Quality, quality};
-use crate::mosaic::{FillGuide, FillMethod, Mosaic, blend, crop, fill};
+use crate::mosaic::{FillGuide, FillMethod, Mosaic, SeamGuide, blend, crop, fill};
 use crate::observer::{Observer, Portion, report};
 use crate::report::Warning;
 use crate::warp::{Projection, WarpJob, WarpOptions, Warped, warp_within};
 use crate::workers::without_waiting;
 use crate::{Image, InverseDepth, Mask, Rect, Result, Stage, View};
 use align::align_timed;
+use canvas_matches::canvas_matches;
 use projected::ProjectedReference;
 use timer::StageTimer;
 use visible::VisiblePair;
@@ -163,6 +165,7 @@ pub(crate) async fn stitch_with_workers(
     let warping = &mut Portion::new(observer, from, 1.0);
     let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
+    let matches = &canvas_matches(used, &alignment, projected.as_ref(), warped.offset)?;
     // Maps that nothing reads any more make room: what nobody takes is dropped at once.
     let mut give_depth = |side: usize, map: &mut Option<Cow<'_, InverseDepth>>| {
         if let (Some(take), Some(map)) = (&mut depth_sink, map.take()) {
@@ -177,7 +180,8 @@ pub(crate) async fn stitch_with_workers(
         Some(projected) => (projected.view(), projected.reliable.as_ref()),
         None => (alignment.views(target, reference)[1], alignment.reliable.as_ref()),
     };
-    let mut mosaic = blend(&warped, shown.image, reliable, &options.blend, observer)?;
+    let guide = SeamGuide { reliable, matches };
+    let mut mosaic = blend(&warped, shown.image, &guide, &options.blend, observer)?;
     timer.end(Stage::Blend, observer);
     report(observer, Stage::Measure, 0.0)?;
     let quality = quality(&warped, shown.image, mosaic.gains)?;

@@ -12,7 +12,7 @@ use crate::image::{filled, zeroed};
 use crate::observer::Observer;
 use crate::rect::diagonal;
 use crate::statistics::{median, nth};
-use crate::warp::{Projection, ProjectionSurface, WarpJob, WarpOptions, warp_within};
+use crate::warp::{Projection, ProjectionSurface, WarpJob, WarpOptions, project, warp_within};
 use crate::{Image, ImageView, InverseDepth, Mask, Result, View};
 
 /// The reference as it appears on a projection surface: transparent where it shows nothing.
@@ -22,6 +22,8 @@ pub(super) struct ProjectedReference {
     depth: Option<InverseDepth>,
     /// Where its depth is reliable, if that is known.
     pub reliable: Option<Mask>,
+    /// From its pixels to the rays.
+    turn: Model,
     /// What it is shown on.
     pub projection: Projection,
     /// Where the rays appear in its picture.
@@ -52,18 +54,25 @@ impl ProjectedReference {
         let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
         let Estimate { forward, reverse, .. } = &alignment.geometry;
         let models = picture.models([forward, reverse], at);
+        let itself = Model::homography(Matrix3::identity());
+        let [turn, _] = picture.models([&itself; 2], at);
         let Some(surface) = picture.surface_at(at) else { return Ok(None) };
         let back = &picture.back;
         let [_, reference] = alignment.views(target, reference);
         let depth = reference.depth.map(|depth| carried_depth(depth, &image, &surface, back)).transpose()?;
         let reliable =
             alignment.reliable.as_ref().map(|mask| carried_mask(mask, &image, &surface, back)).transpose()?;
-        Ok(Some(Self { image, depth, reliable, projection: picture.projection(), surface, models }))
+        Ok(Some(Self { image, depth, reliable, turn, projection: picture.projection(), surface, models }))
     }
 
     /// It, in place of the photo.
     pub fn view(&self) -> View<'_> {
         View { image: self.image.view(), depth: self.depth.as_ref() }
+    }
+
+    /// Where a point of the photo appears on it.
+    pub fn place(&self, point: [f64; 2]) -> Option<[f64; 2]> {
+        project(Some(&self.surface), &self.turn, point, 0.0)
     }
 
     /// The picture of it.

@@ -239,7 +239,8 @@ pub fn blend(
         let reference = inputs::image("reference", reference)?;
         let reliable = Some(get(inputs, "reliable")).filter(|mask| mask.is_truthy());
         let reliable = reliable.map(|mask| inputs::mask("reliable", &mask)).transpose()?;
-        let mosaic = mosaic::blend(&warped, reference.view(), reliable.as_ref(), &options, observer)?;
+        let guide = mosaic::SeamGuide { reliable: reliable.as_ref(), matches: &[] };
+        let mosaic = mosaic::blend(&warped, reference.view(), &guide, &options, observer)?;
         let result = JsValue::from(Object::new());
         results::add_mosaic(&result, &mosaic, &Outputs::ALL);
         Ok(result)

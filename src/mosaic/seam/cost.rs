@@ -97,7 +97,7 @@ pub(super) fn finest(
             let change = differences.change(y, i);
             let confidence = preference.confidence.map_or(255, |mask| mask.data()[at + i]);
             let (u, v) = (x - reference.left, y - reference.top);
-            let reliable = preference.reliable.is_none_or(|mask| mask.data()[v * photo.0 + u] != 0);
+            let reliable = preference.guide.reliable.is_none_or(|mask| mask.data()[v * photo.0 + u] != 0);
             let lost = i32::from(RELIABLE.saturating_sub(confidence));
             let unlike = apart.min(UNLIKE);
             let (blurred, inside) = match &mosaic {

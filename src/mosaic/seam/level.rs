@@ -1,5 +1,6 @@
 //! The grid on which the cut is made, at one resolution.
 
+use super::extra_costs::ExtraCosts;
 use super::flow::{Flow, NEIGHBOURS};
 use super::{BOTH, NONE, REFERENCE, TARGET, islands};
 use crate::image::{defaults, zeroed};
@@ -12,15 +13,6 @@ const STEP: i32 = 16;
 const ISLANDS: usize = 400;
 /// Cells from the present seam that a finer level may move it. Flat between 1 and 4 on the evaluation cases.
 const BAND: usize = 2;
-/// What a cell of the coarsest level costs on top next to where only one photo is valid, and two cells away half of it. Tuned
-/// on the evaluation cases: flat between 160 and 320.
-const BORDER: u16 = 160;
-
-/// Extra costs near borders, on the coarsest grid.
-pub(super) struct Borders {
-    extra: Vec<u16>,
-    width: usize,
-}
 
 /// A place of a [`Level`].
 #[derive(Clone, Copy, Default)]
@@ -37,16 +29,19 @@ pub(super) struct Cell {
 
 /// A window of the canvas in cells of one size.
 pub(super) struct Level {
+    /// Pixels of the canvas to the left of it, and above.
     left: usize,
     top: usize,
-    width: usize,
-    height: usize,
+    pub width: usize,
+    pub height: usize,
+    /// A cell has 2 to the power of this pixels along a side.
+    pub scale: u32,
     pub cells: Vec<Cell>,
 }
 
 impl Level {
     pub fn empty(left: usize, top: usize, width: usize, height: usize) -> Result<Self> {
-        Ok(Self { left, top, width, height, cells: defaults(width * height)? })
+        Ok(Self { left, top, width, height, scale: 0, cells: defaults(width * height)? })
     }
 
     /// How many cells are to be decided.
@@ -56,7 +51,8 @@ impl Level {
 
     /// The same at half the resolution.
     pub fn halved(&self) -> Result<Self> {
-        let mut half = Self::empty(0, 0, self.width.div_ceil(2), self.height.div_ceil(2))?;
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut half = Self { scale: self.scale + 1, ..Self::empty(self.left, self.top, width, height)? };
         let (mut x, mut y) = (0, 0);
         for cell in &mut half.cells {
             let (mut counts, mut sum, mut data) = ([0u32; 4], 0, 0i32);
@@ -103,27 +99,20 @@ impl Level {
         }
     }
 
-    /// What every cell costs on top for being near a border of either photo: a seam there leaves no room to blend.
-    pub fn borders(&self) -> Result<Borders> {
-        let mut extra = zeroed(self.cells.len())?;
-        let decided = |at: usize| matches!(self.cells[at].side, TARGET | REFERENCE);
-        // Behind others that are decided, one is the nearest to nothing that is not.
-        let at_border = |at: usize| {
-            let mut behind = true;
-            self.around(at, 1, &mut |other| behind &= decided(other));
-            !behind
-        };
-        for (reach, extra_cost) in [(3, BORDER / 4), (2, BORDER / 2), (1, BORDER)] {
-            for at in (0..self.cells.len()).filter(|&at| decided(at) && at_border(at)) {
-                self.around(at, reach, &mut |other| extra[other] = extra_cost);
-            }
-        }
-        extra.iter_mut().enumerate().filter(|(at, _)| decided(*at)).for_each(|(_, extra)| *extra = BORDER);
-        Ok(Borders { extra, width: self.width })
+    /// In cells from the top left one, where a point of the canvas is.
+    pub fn position(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let side = f64::from(1u32 << self.scale);
+        [(x + 0.5 - self.left as f64) / side, (y + 0.5 - self.top as f64) / side]
+    }
+
+    /// The cell at such a position; `None` where there is none.
+    pub fn cell(&self, [x, y]: [f64; 2]) -> Option<usize> {
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        inside.then_some(y as usize * self.width + x as usize)
     }
 
     /// Calls `f` with the cells at most `reach` columns and rows away.
-    fn around(&self, at: usize, reach: usize, f: &mut dyn FnMut(usize)) {
+    pub fn around(&self, at: usize, reach: usize, f: &mut dyn FnMut(usize)) {
         let (x, y) = (at % self.width, at / self.width);
         for j in y.saturating_sub(reach)..(y + reach + 1).min(self.height) {
             for i in x.saturating_sub(reach)..(x + reach + 1).min(self.width) {
@@ -133,8 +122,8 @@ impl Level {
     }
 
     /// Decides for every cell. With a coarser level that is decided already, takes its decisions over, and decides anew
-    /// near the seam. The grid of `borders` is 2 to the power of `scale` times as coarse.
-    pub fn cut(&mut self, coarser: Option<&Self>, borders: &Borders, scale: u32) -> Result<()> {
+    /// near the seam.
+    pub fn cut(&mut self, coarser: Option<&Self>, extra: &ExtraCosts) -> Result<()> {
         for (y, row) in self.cells.chunks_mut(self.width).enumerate() {
             for (x, cell) in row.iter_mut().enumerate() {
                 cell.shown = cell.side;
@@ -145,10 +134,8 @@ impl Level {
         }
         let (nodes, count) = self.number(coarser.is_none())?;
         let mut flow = Flow::new(count)?;
-        let cost = |at: usize| {
-            let (x, y) = ((at % self.width) >> scale, (at / self.width) >> scale);
-            i32::from(self.cells[at].cost) + i32::from(borders.extra[y * borders.width + x])
-        };
+        let cost =
+            |at: usize| i32::from(self.cells[at].cost) + i32::from(extra.at(self, at % self.width, at / self.width));
         for (at, (cell, &node)) in self.cells.iter().zip(&nodes).enumerate().filter(|(_, (_, node))| **node != 0) {
             let (i, own) = (node as usize - 1, cost(at));
             flow.terminal_link(i, false, i32::from(cell.data_cost));

@@ -6,16 +6,19 @@
 
 mod cost;
 mod detail;
+mod extra_costs;
 mod flow;
 mod islands;
 mod level;
 
+use super::blend::SeamGuide;
 use super::canvas::Placed;
 use crate::distance::{distance, to_outside};
 use crate::image::reserve;
 use crate::observer::{Observer, Portion, report};
 use crate::rect::{bounding_box, extent};
 use crate::{Image, Mask, Rect, Result, Stage};
+use extra_costs::ExtraCosts;
 use level::Level;
 
 /// Labels of a seam mask.
@@ -97,8 +100,8 @@ pub(crate) fn predict(choices: &[Choice], width: usize) -> Result<Vec<bool>> {
             Choice::Both(apart) => (BOTH, cost::seam_cost(apart as i32, 0)),
         };
     }
-    let borders = level.borders()?;
-    level.cut(None, &borders, 0)?;
+    let extra = ExtraCosts::near_borders(&level)?;
+    level.cut(None, &extra)?;
     let mut target = Vec::new();
     reserve(&mut target, choices.len())?;
     target.extend(level.cells.iter().map(|cell| cell.shown == TARGET));
@@ -107,8 +110,7 @@ pub(crate) fn predict(choices: &[Choice], width: usize) -> Result<Vec<bool>> {
 
 /// What decides besides how alike the photos are.
 pub(super) struct Preference<'a> {
-    /// On the reference's grid, where it is reliable.
-    pub reliable: Option<&'a Mask>,
+    pub guide: SeamGuide<'a>,
     /// Of the warped target's pixels: see [`crate::warp::Warped`].
     pub confidence: Option<&'a Mask>,
     /// Which photo shows in the reference, if that is a mosaic itself: the sharper one is preferred; and which of them is not distorted.
@@ -131,11 +133,11 @@ pub(super) fn cut(
         levels.push(coarser?);
     }
     let mut coarser: Option<Level> = None;
-    let coarsest = levels.len();
-    let Some(borders) = levels.last().map(Level::borders).transpose()? else { return Ok(()) };
+    let Some(coarsest) = levels.last() else { return Ok(()) };
+    let extra = ExtraCosts::near_borders(coarsest)?.between(preference.guide.matches, coarsest);
     while let Some(mut level) = levels.pop() {
         report(observer, Stage::Blend, 0.5 + 0.5 / (levels.len() + 1) as f32)?;
-        level.cut(coarser.as_ref(), &borders, (coarsest - levels.len() - 1) as u32)?;
+        level.cut(coarser.as_ref(), &extra)?;
         coarser = Some(level);
     }
     if let Some(mut level) = coarser {

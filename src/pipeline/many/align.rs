@@ -11,7 +11,7 @@ use super::result::{Photo, PhotoCode, PhotoReport};
 use super::undistorted::UndistortedPhotos;
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, ManyWorkers, view};
-use crate::geometry::{Distortion, Model, MultiView, MultiViewKind};
+use crate::geometry::{Distortion, Model, MultiView, MultiViewKind, PairLink};
 use crate::observer::{Observer, Portion};
 use crate::pipeline::picture::Size;
 use crate::pipeline::timer::StageTimer;
@@ -31,6 +31,8 @@ pub struct ManyAlignment {
     pub pairs: Vec<PhotoPair>,
     /// Whether the cameras stand in different places, but are shown as if they had only turned, as that looks better.
     pub ignores_parallax: bool,
+    /// The matches of those that belong together.
+    pub(super) links: Vec<PairLink>,
     pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
@@ -92,6 +94,7 @@ pub(super) async fn align_timed(
         order,
         codes,
         pairs,
+        links,
         ignores_parallax,
         picture,
         geometry,

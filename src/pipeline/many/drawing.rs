@@ -8,14 +8,15 @@ use super::placement::Placement;
 use super::reduced::{ReducedPhotos, can_be_halved, reduced_sizes};
 use super::result::{Photo, PhotoCode, PhotoReport};
 use super::undistorted::UndistortedPhoto;
-use crate::geometry::Undistortion;
+use crate::geometry::{Match, Undistortion};
+use crate::image::reserve_more;
 use crate::mosaic::{Added, Composition, Layer, crop};
 use crate::observer::{Observer, Portion, Subject};
 use crate::pipeline::align::void_distance;
 use crate::pipeline::halved::factor;
 use crate::pipeline::options::Options;
 use crate::pipeline::timer::StageTimer;
-use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, warp_within};
+use crate::warp::{Distorted, WarpJob, WarpOptions, Warped, project, warp_within};
 use crate::{Error, Image, InverseDepth, Rect, Result, Stage, View};
 
 /// Bounds that nothing lies beyond.
@@ -105,7 +106,8 @@ impl Drawing<'_> {
             let warped = self.render(photo, &mut Portion::new(observer, from, to))?;
             timer.end(Stage::Warp, observer);
             self.clipped |= warped.as_ref().is_some_and(|(warped, _)| warped.clipped);
-            let layer = Layer { label: (photo + 1) as u8, gains: gains[photo] };
+            let matches = &self.matches_with(photo, &order[..i])?;
+            let layer = Layer { label: label_of(photo), gains: gains[photo], matches };
             match self.add(warped, photo, layer, &mut Portion::new(observer, from, to))? {
                 Some(added) => (reports[photo].gains, reports[photo].extent) = (added.gains, Some(added.extent)),
                 None => reports[photo].code = PhotoCode::NotVisible,
@@ -170,12 +172,41 @@ impl Drawing<'_> {
         self.alignment.depth(photo).map(|map| self.placement.depth(Cow::Borrowed(map), photo)).transpose()
     }
 
+    /// What a photo shares with others: where both are in the view, and the label of the other one.
+    fn matches_with(&self, photo: usize, others: &[usize]) -> Result<Vec<(Match, u8)>> {
+        let mut found = Vec::new();
+        for link in &self.alignment.links {
+            let [a, b] = link.photos;
+            for (own, other, swapped) in [(a, b, false), (b, a, true)] {
+                if own != photo || !others.contains(&other) {
+                    continue;
+                }
+                reserve_more(&mut found, link.matches.len())?;
+                found.extend(link.matches.iter().filter_map(|m| {
+                    let [first, second] = if swapped { [m.reference, m.target] } else { [m.target, m.reference] };
+                    let place = Match { target: self.place(own, first)?, reference: self.place(other, second)? };
+                    Some((place, label_of(other)))
+                }));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Where a point of an aligned photo is in the view.
+    fn place(&self, photo: usize, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let Placement { factor, geometry, picture, .. } = self.placement;
+        let [model, _] = picture.models(geometry, photo, [0; 2])?;
+        let depth = self.alignment.depth(photo).map_or(0.0, |map| map.sample(x, y));
+        let point = [x, y].map(|v| factor * (v + 0.5) - 0.5);
+        project(picture.surface_at([0; 2]).as_ref(), &model, point, depth)
+    }
+
     /// Adds a photo; `None` when nothing of it is visible.
     fn add(
         &mut self,
         warped: Option<(Warped, [i64; 2])>,
         photo: usize,
-        layer: Layer,
+        layer: Layer<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Added>> {
         let Some(composition) = &mut self.composition else {
@@ -196,4 +227,9 @@ impl Drawing<'_> {
         self.budget.check(composition.size_with(&warped, at))?;
         composition.add(&warped, at, layer, &self.options.blend, observer)
     }
+}
+
+/// The value of a photo in [`Composition::labels`].
+fn label_of(photo: usize) -> u8 {
+    (photo + 1) as u8
 }
