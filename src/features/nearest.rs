@@ -82,6 +82,9 @@ impl Candidates {
     /// Takes another descriptor into account.
     #[inline]
     fn update(&mut self, distance: i32, index: u32) {
+        if distance >= self.distance[CANDIDATES - 1] {
+            return;
+        }
         let (mut distance, mut index) = (distance, index);
         for (known, known_index) in self.distance.iter_mut().zip(&mut self.index) {
             if distance < *known {
@@ -233,19 +236,27 @@ fn exact(
 /// A group against a block of groups; `first` are the indices of their first descriptors.
 #[inline(never)] // see `crate::rows`
 fn compare_all(target: &Group, references: &[Group], first: [u32; 2], rows: &mut Four, columns: &mut [Four]) {
+    let mut limits = rows.limits.to_array().map(i32x4::splat);
     for ((k, reference), columns) in (first[1]..).step_by(LANES).zip(references).zip(columns) {
         let distances = target.distances(reference);
-        let limits = rows.limits.to_array();
-        for (row, distance) in distances.into_iter().enumerate() {
-            let nearer = distance.cmp_lt(i32x4::splat(limits[row])) | distance.cmp_lt(columns.limits);
-            if nearer.any() {
-                for (lane, distance) in distance.to_array().into_iter().enumerate() {
-                    rows.all[row].update(distance, k + lane as u32);
-                    columns.all[lane].update(distance, first[0] + row as u32);
-                }
-                rows.limits = i32x4::new(rows.all.map(|c| c.distance[CANDIDATES - 1]));
-                columns.limits = i32x4::new(columns.all.map(|c| c.distance[CANDIDATES - 1]));
-            }
+        let nearer = |row: usize| distances[row].cmp_lt(limits[row]) | distances[row].cmp_lt(columns.limits);
+        // Few groups have one.
+        if (nearer(0) | nearer(1) | nearer(2) | nearer(3)).any() {
+            update(distances, [first[0], k], rows, columns);
+            limits = rows.limits.to_array().map(i32x4::splat);
         }
     }
+}
+
+/// Takes the distances of a group from each of another into account: from those of `rows`, of the first index on, to those of `columns`.
+#[inline(never)] // rarely called
+fn update(distances: [i32x4; LANES], first: [u32; 2], rows: &mut Four, columns: &mut Four) {
+    for ((t, own), distances) in (first[0]..).zip(&mut rows.all).zip(distances) {
+        for ((k, other), distance) in (first[1]..).zip(&mut columns.all).zip(distances.to_array()) {
+            own.update(distance, k);
+            other.update(distance, t);
+        }
+    }
+    let limits = |all: &[Candidates; LANES]| i32x4::new(all.map(|candidates| candidates.distance[CANDIDATES - 1]));
+    (rows.limits, columns.limits) = (limits(&rows.all), limits(&columns.all));
 }
