@@ -29,8 +29,9 @@ pub fn match_features(
         if matches(index, nearest, &of_reference, options) {
             let (first, found) = (nearest.distance[0], nearest.index);
             let rival = (f64::from(first) / (options.ratio * options.ratio)) as i32;
-            if reference.any_within(rival, (&target, index), found)
-                || options.mutual && target.any_within(first - 1, (&reference, found), index)
+            let others = of_reference[found as usize].others;
+            if nearest.others <= rival && reference.any_within(rival, (&target, index), found)
+                || options.mutual && others < first && target.any_within(first - 1, (&reference, found), index)
             {
                 *nearest = Nearest::default();
             }

@@ -28,11 +28,13 @@ pub(super) struct Nearest {
     /// Squared distances.
     pub distance: [i32; 2],
     pub index: u32,
+    /// No squared distance of those that were not compared in full is less.
+    pub others: i32,
 }
 
 impl Default for Nearest {
     fn default() -> Self {
-        Self { distance: [FAR; 2], index: u32::MAX }
+        Self { distance: [FAR; 2], index: u32::MAX, others: FAR }
     }
 }
 
@@ -96,7 +98,9 @@ impl Candidates {
 
     /// The nearest two of them.
     fn nearest(&self, own: &[u8; DESCRIPTOR_LENGTH], others: &[[u8; DESCRIPTOR_LENGTH]]) -> Nearest {
-        let mut nearest = Nearest::default();
+        // The coefficients' distances are lower bounds, times the length.
+        let least = self.distance[CANDIDATES - 1] / DESCRIPTOR_LENGTH as i32;
+        let mut nearest = Nearest { others: least, ..Nearest::default() };
         for &index in &self.index {
             if let Some(other) = others.get(index as usize) {
                 nearest.update(squared_distance(own, other), index);
