@@ -36,6 +36,7 @@ pub use multi_view::{Camera, MultiViewKind};
 pub(crate) use multi_view::{Equations, Lens, MultiView, ObservedPair, PairLink, multi_view, pair_focal};
 pub use plane::DepthSample;
 pub(crate) use plane::{dominant_plane, plane_depth, tile_planes, weighted_plane};
+pub(crate) use usable::usable_matches;
 
 use crate::InverseDepth;
 use crate::report::Warning;

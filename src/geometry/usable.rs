@@ -7,7 +7,7 @@ use crate::sort::sort_indices;
 
 /// A match that can be used.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Usable {
+pub(crate) struct Usable {
     /// Its index among the matches passed.
     pub index: usize,
     /// The points of the target and the reference.
@@ -30,7 +30,7 @@ pub(super) fn flagged<T: Copy>(items: &[T], flags: &[bool]) -> Vec<T> {
 
 /// Drops the matches that are not finite or lie outside a frame (a pixel extends half a pixel around its centre), and
 /// all but the first of those that share a point on either side: repeated matches would outvote the others.
-pub(super) fn usable_matches(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
+pub(crate) fn usable_matches(matches: &[Match], frames: [&Frame<'_>; 2]) -> Vec<Usable> {
     let mut usable = Vec::new();
     for (index, m) in matches.iter().enumerate() {
         let ends = [m.target, m.reference];

@@ -165,7 +165,8 @@ pub(crate) async fn stitch_with_workers(
     let warping = &mut Portion::new(observer, from, 1.0);
     let mut warped = warp_aligned(&alignment, projected.as_ref(), views, options, &memory, warping)?;
     timer.end(Stage::Warp, observer);
-    let matches = &canvas_matches(used, &alignment, projected.as_ref(), warped.offset)?;
+    let matches =
+        &canvas_matches(used, [target.image, reference.image], &alignment, projected.as_ref(), warped.offset)?;
     // Maps that nothing reads any more make room: what nobody takes is dropped at once.
     let mut give_depth = |side: usize, map: &mut Option<Cow<'_, InverseDepth>>| {
         if let (Some(take), Some(map)) = (&mut depth_sink, map.take()) {
