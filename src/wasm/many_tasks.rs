@@ -29,11 +29,12 @@ pub fn match_photos(
         let [first, second] = features;
         let features = [&first?, &second?];
         let task = MatchPhotos { photos: [0, 1], features, strongest_first, options };
-        let MatchedPhotos { pair, link } = task.perform(observer)?;
+        let MatchedPhotos { pair, link, outliers } = task.perform(observer)?;
         let result = results::numbers(&[("matches", pair.matches as f64), ("inliers", pair.inliers as f64)]);
         if let Some(link) = link {
             let pairs = link.features.as_flattened();
             put(&result, "pairs", Uint32Array::from(pairs).into());
+            put(&result, "outliers", Uint32Array::from(outliers.as_flattened()).into());
             put(&result, "model", results::model(&link.model));
             put(&result, "parallax", (link.kind == ModelKind::TwoView).into());
         }
@@ -53,16 +54,19 @@ impl SharedTask for MatchPhotos<'_> {
     fn output(&self, result: &JsValue) -> Result<MatchedPhotos> {
         let Self { photos, features: [a, b], .. } = *self;
         let count = |name: &str| get(result, name).as_f64().unwrap_or(0.0) as usize;
-        let pairs = get(result, "pairs").dyn_into::<Uint32Array>().ok();
+        let features = |name: &str| {
+            let pairs = get(result, name).dyn_into::<Uint32Array>().ok()?;
+            Some(pairs.to_vec().as_chunks().0.to_vec())
+        };
+        let (pairs, outliers) = (features("pairs"), features("outliers").unwrap_or_default());
         let linked = pairs.is_some();
         let pair = PhotoPair { photos, matches: count("matches"), inliers: count("inliers"), linked };
-        let Some(pairs) = pairs.map(|pairs| pairs.to_vec()) else { return Ok(MatchedPhotos { pair, link: None }) };
-        let features = pairs.as_chunks().0.to_vec();
+        let Some(features) = pairs else { return Ok(MatchedPhotos { pair, link: None, outliers }) };
         let pairs: Vec<Pair> = features.iter().map(|&[target, reference]| Pair { target, reference }).collect();
         let model = inputs::model("model", &get(result, "model"))?;
         let kind = if get(result, "parallax").is_truthy() { ModelKind::TwoView } else { ModelKind::Homography };
         let link = PairLink { photos, matches: matches_of(a, b, &pairs), features, model, kind };
-        Ok(MatchedPhotos { pair, link: Some(link) })
+        Ok(MatchedPhotos { pair, link: Some(link), outliers })
     }
 }
 

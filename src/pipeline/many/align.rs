@@ -11,7 +11,7 @@ use super::result::{Photo, PhotoCode, PhotoReport};
 use super::undistorted::UndistortedPhotos;
 use super::visible::VisiblePhotos;
 use super::{ManyOptions, ManyWorkers, view};
-use crate::geometry::{Distortion, Model, MultiView, MultiViewKind, PairLink};
+use crate::geometry::{Distortion, Match, Model, MultiView, MultiViewKind};
 use crate::observer::{Observer, Portion};
 use crate::pipeline::picture::Size;
 use crate::pipeline::timer::StageTimer;
@@ -31,8 +31,8 @@ pub struct ManyAlignment {
     pub pairs: Vec<PhotoPair>,
     /// Whether the cameras stand in different places, but are shown as if they had only turned, as that looks better.
     pub ignores_parallax: bool,
-    /// The matches of those that belong together.
-    pub(super) links: Vec<PairLink>,
+    /// What was matched of pairs that belong together, whether the geometry explains it or not.
+    pub(super) matches: Vec<([usize; 2], Vec<Match>)>,
     pub(super) picture: ManyPicture,
     pub(super) geometry: MultiView,
     pub(super) depths: Vec<Option<PhotoDepth>>,
@@ -72,7 +72,7 @@ pub(super) async fn align_timed(
     timer: &mut StageTimer,
 ) -> Result<ManyAlignment> {
     let located = locate(given, options, budget, workers, observer, timer).await?;
-    let Located { mut geometry, placed, mut codes, pairs, links, undistorted } = located;
+    let Located { mut geometry, placed, mut codes, pairs, links, outliers, undistorted } = located;
     let photos = UndistortedPhotos::shown(&undistorted, given);
     let measuring = &mut Portion::of_stage(observer, Stage::Depth, 0.0, 1.0);
     let mut arranged = arrange(&photos, &placed, &geometry, &links, options, workers, measuring).await?;
@@ -88,13 +88,14 @@ pub(super) async fn align_timed(
     }
     let order = view::outward(reference, &used, &links);
     let sizes = photos.iter().map(|photo| photo.image.size()).collect();
+    let matches = links.into_iter().map(|link| (link.photos, link.matches)).chain(outliers).collect();
     let distortion = undistorted.as_ref().map(|undistorted| undistorted.distortion);
     Ok(ManyAlignment {
         reference,
         order,
         codes,
         pairs,
-        links,
+        matches,
         ignores_parallax,
         picture,
         geometry,

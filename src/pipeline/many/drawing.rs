@@ -175,14 +175,14 @@ impl Drawing<'_> {
     /// What a photo shares with others: where both are in the view, and the label of the other one.
     fn matches_with(&self, photo: usize, others: &[usize]) -> Result<Vec<(Match, u8)>> {
         let mut found = Vec::new();
-        for link in &self.alignment.links {
-            let [a, b] = link.photos;
+        for ([a, b], matches) in &self.alignment.matches {
+            let (a, b) = (*a, *b);
             for (own, other, swapped) in [(a, b, false), (b, a, true)] {
                 if own != photo || !others.contains(&other) {
                     continue;
                 }
-                reserve_more(&mut found, link.matches.len())?;
-                found.extend(link.matches.iter().filter_map(|m| {
+                reserve_more(&mut found, matches.len())?;
+                found.extend(matches.iter().filter_map(|m| {
                     let [first, second] = if swapped { [m.reference, m.target] } else { [m.target, m.reference] };
                     let place = Match { target: self.place(own, first)?, reference: self.place(other, second)? };
                     Some((place, label_of(other)))

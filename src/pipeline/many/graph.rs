@@ -47,6 +47,8 @@ pub(super) struct Graph {
     pub links: Vec<PairLink>,
     /// All that were compared.
     pub pairs: Vec<PhotoPair>,
+    /// Photos that are tied together, and the features in both of each match that contradicts what ties them.
+    pub outliers: Vec<([usize; 2], Vec<[u32; 2]>)>,
 }
 
 /// Detects the features of every photo.
@@ -92,7 +94,8 @@ pub(super) async fn pair_graph(
     };
     let tasks: Vec<MatchPhotos<'_>> = candidates.into_iter().map(task).collect();
     let mut graph = Graph::default();
-    let mut take = |_, MatchedPhotos { pair, link }: MatchedPhotos| {
+    let mut take = |_, MatchedPhotos { pair, link, outliers }: MatchedPhotos| {
+        graph.outliers.extend(link.as_ref().map(|link| (link.photos, outliers)));
         graph.links.extend(link);
         graph.pairs.push(pair);
         Ok(())
@@ -116,6 +119,8 @@ pub(crate) struct MatchedPhotos {
     pub pair: PhotoPair,
     /// What ties them together, if anything does.
     pub link: Option<PairLink>,
+    /// The features in both of each match that contradicts it.
+    pub outliers: Vec<[u32; 2]>,
 }
 
 impl Task for MatchPhotos<'_> {
@@ -190,19 +195,23 @@ fn compare(
     // Its own stages run once for every pair.
     let verifying = &mut Portion::of_stage(observer, Stage::Match, 1.0, 1.0);
     let found = two_view_geometry(&matches, [a.size, b.size], &estimate, verifying);
-    let Some(found) = if_possible(found)? else { return Ok(MatchedPhotos { pair, link: None }) };
+    let Some(found) = if_possible(found)? else { return Ok(MatchedPhotos { pair, link: None, outliers: Vec::new() }) };
     let flags = &found.estimate.inliers;
     pair.inliers = flags.iter().filter(|flag| **flag).count();
     pair.linked = pair.inliers >= FEWEST;
     let inlying = |i: &usize| flags[*i];
+    let features_where = |wanted: bool| {
+        let chosen = pairs.iter().zip(flags).filter(move |(_, inlying)| **inlying == wanted);
+        chosen.map(|(pair, _)| [pair.target, pair.reference]).collect()
+    };
     let link = pair.linked.then(|| PairLink {
         photos,
-        features: (0..pairs.len()).filter(inlying).map(|i| [pairs[i].target, pairs[i].reference]).collect(),
+        features: features_where(true),
         matches: (0..matches.len()).filter(inlying).map(|i| matches[i]).collect(),
         model: found.estimate.forward,
         kind: if found.samples.is_some() { ModelKind::TwoView } else { ModelKind::Homography },
     });
-    Ok(MatchedPhotos { pair, link })
+    Ok(MatchedPhotos { pair, link, outliers: features_where(false) })
 }
 
 /// The photos of the largest group that links connect, ascending; of several the one with the first photo. With a `reference`

@@ -6,7 +6,8 @@ use super::memory::Budget;
 use super::result::{Photo, PhotoCode};
 use super::undistorted::UndistortedPhotos;
 use super::{ManyOptions, ManyWorkers};
-use crate::geometry::{Camera, Distortion, Lens, MultiView, MultiViewKind, PairLink, multi_view};
+use crate::features::{Pair, matches_of};
+use crate::geometry::{Camera, Distortion, Lens, Match, MultiView, MultiViewKind, PairLink, multi_view};
 use crate::observer::{Observer, Portion, Subject, report};
 use crate::pipeline::timer::StageTimer;
 use crate::{Error, ImageView, Result, Stage};
@@ -22,6 +23,8 @@ pub(super) struct Located {
     pub pairs: Vec<PhotoPair>,
     /// The matches of those that belong together.
     pub links: Vec<PairLink>,
+    /// What was matched of these pairs and contradicts their links, as it moved or is matched by chance.
+    pub outliers: Vec<([usize; 2], Vec<Match>)>,
     /// The photos that all of this is of, where they are not those given.
     pub undistorted: Option<UndistortedPhotos>,
 }
@@ -87,7 +90,14 @@ pub(super) async fn locate(
     let placed: Vec<usize> = group.iter().copied().filter(|&photo| geometry.is_placed(photo)).collect();
     group.iter().filter(|photo| !placed.contains(photo)).for_each(|&photo| codes[photo] = PhotoCode::NoPose);
     timer.end(Stage::Estimate, observer);
-    Ok(Located { geometry, placed, codes, pairs: graph.pairs, links, undistorted })
+    let outliers = graph.outliers.into_iter().filter(|(photos, _)| links.iter().any(|link| link.photos == *photos));
+    let outliers = outliers.map(|(photos, pairs)| {
+        let [a, b] = photos.map(|photo| &features[photo]);
+        let pairs: Vec<Pair> = pairs.into_iter().map(|[target, reference]| Pair { target, reference }).collect();
+        (photos, matches_of(a, b, &pairs))
+    });
+    let outliers = outliers.collect();
+    Ok(Located { geometry, placed, codes, pairs: graph.pairs, links, outliers, undistorted })
 }
 
 /// Of all photos, before any is given up for its place.
