@@ -175,19 +175,18 @@ impl Drawing<'_> {
     /// What a photo shares with others: where both are in the view, and the label of the other one.
     fn matches_with(&self, photo: usize, others: &[usize]) -> Result<Vec<(Match, u8)>> {
         let mut found = Vec::new();
-        for ([a, b], matches) in &self.alignment.matches {
-            let (a, b) = (*a, *b);
-            for (own, other, swapped) in [(a, b, false), (b, a, true)] {
-                if own != photo || !others.contains(&other) {
-                    continue;
-                }
-                reserve_more(&mut found, matches.len())?;
-                found.extend(matches.iter().filter_map(|m| {
-                    let [first, second] = if swapped { [m.reference, m.target] } else { [m.target, m.reference] };
-                    let place = Match { target: self.place(own, first)?, reference: self.place(other, second)? };
-                    Some((place, label_of(other)))
-                }));
+        for (photos, matches) in &self.alignment.matches {
+            let Some(side) = photos.iter().position(|of| *of == photo) else { continue };
+            let other = photos[1 - side];
+            if !others.contains(&other) {
+                continue;
             }
+            reserve_more(&mut found, matches.len())?;
+            found.extend(matches.iter().filter_map(|m| {
+                let ends = [m.target, m.reference];
+                let (own, its) = (self.place(photo, ends[side])?, self.place(other, ends[1 - side])?);
+                Some((Match { target: own, reference: its }, label_of(other)))
+            }));
         }
         Ok(found)
     }
