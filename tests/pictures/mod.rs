@@ -1,6 +1,8 @@
 //! Pictures and masks by formula, and an observer that remembers.
 #![allow(dead_code)] // each test uses its own part
 
+pub mod overlap;
+
 use depthstitch::observer::Observer;
 use depthstitch::warp::Warped;
 use depthstitch::{Image, Mask, Stage};
