@@ -67,7 +67,7 @@ impl Viewer {
 #[derive(Debug, Clone)]
 pub(super) struct Picture {
     /// From the reference's pixels to the rays of the projection surface.
-    turn: Matrix3<f64>,
+    pub turn: Matrix3<f64>,
     /// From those rays to the reference's pixels.
     pub back: Matrix3<f64>,
     /// `None`: the reference's own plane.

@@ -54,15 +54,21 @@ impl ProjectedReference {
         let (image, at) = shown(&picture, reference.image, options, memory, observer)?;
         let Estimate { forward, reverse, .. } = &alignment.geometry;
         let models = picture.models([forward, reverse], at);
-        let itself = Model::homography(Matrix3::identity());
-        let [turn, _] = picture.models([&itself; 2], at);
         let Some(surface) = picture.surface_at(at) else { return Ok(None) };
         let back = &picture.back;
         let [_, reference] = alignment.views(target, reference);
         let depth = reference.depth.map(|depth| carried_depth(depth, &image, &surface, back)).transpose()?;
         let reliable =
             alignment.reliable.as_ref().map(|mask| carried_mask(mask, &image, &surface, back)).transpose()?;
-        Ok(Some(Self { image, depth, reliable, turn, projection: picture.projection(), surface, models }))
+        Ok(Some(Self {
+            image,
+            depth,
+            reliable,
+            turn: Model::homography(picture.turn),
+            projection: picture.projection(),
+            surface,
+            models,
+        }))
     }
 
     /// It, in place of the photo.

@@ -181,23 +181,26 @@ impl Drawing<'_> {
             if !others.contains(&other) {
                 continue;
             }
+            let (Some(place), Some(place_other)) = (self.places(photo), self.places(other)) else { continue };
             reserve_more(&mut found, matches.len())?;
             found.extend(matches.iter().filter_map(|m| {
                 let ends = [m.target, m.reference];
-                let (own, its) = (self.place(photo, ends[side])?, self.place(other, ends[1 - side])?);
+                let (own, its) = (place(ends[side])?, place_other(ends[1 - side])?);
                 Some((Match { target: own, reference: its }, label_of(other)))
             }));
         }
         Ok(found)
     }
 
-    /// Where a point of an aligned photo is in the view.
-    fn place(&self, photo: usize, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    /// Where points of an aligned photo are in the view. `None` for a photo without a place.
+    fn places(&self, photo: usize) -> Option<impl Fn([f64; 2]) -> Option<[f64; 2]>> {
         let Placement { factor, geometry, picture, .. } = self.placement;
         let [model, _] = picture.models(geometry, photo, [0; 2])?;
-        let depth = self.alignment.depth(photo).map_or(0.0, |map| map.sample(x, y));
-        let point = [x, y].map(|v| factor * (v + 0.5) - 0.5);
-        project(picture.surface_at([0; 2]).as_ref(), &model, point, depth)
+        let (surface, map) = (picture.surface_at([0; 2]), self.alignment.depth(photo));
+        Some(move |[x, y]: [f64; 2]| {
+            let depth = map.map_or(0.0, |map| map.sample(x, y));
+            project(surface.as_ref(), &model, [x, y].map(|v| factor * (v + 0.5) - 0.5), depth)
+        })
     }
 
     /// Adds a photo; `None` when nothing of it is visible.
